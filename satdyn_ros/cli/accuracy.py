@@ -24,8 +24,16 @@ class Growth:
     """
     How far the attitude of a propagation is from the same motion computed more accurately.
 
-    tolerance: the scenario's; t_s (N,); angle_rad: for each comparison, the largest angle [rad] so
-    far, (N,).  steps: the number of steps.
+    Attributes
+    ----------
+    tolerance : float
+        the scenario's
+    t_s : (N,), s
+        from the start
+    angle_rad : dict of (N,), rad
+        for each comparison, the largest angle so far
+    steps : int
+        the number of steps
     """
 
     tolerance: float

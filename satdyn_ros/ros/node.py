@@ -68,15 +68,39 @@ class SatdynNode(rclpy.node.Node):
     """
     A satellite: it propagates, publishes at a fixed rate, answers requests and records.
 
-    values: parameters by name, which those that ROS gives it (files, command line,
-    parameter_overrides) override; or a file that has them, or what reads it.  folder: where in
-    record.directory its bags go.  ros_files: those of ROS, whose frames for several nodes get the
-    namespace before them as the file's do.  section: the satellite of the file, if not the one of
-    the node's full name.  controller: what makes one, which closes the loop.
     The ticks begin at once, in a thread, or with begin(); spin the node for its services.
-    destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is not allowed.
-    OSError: no bag can be made.
+    destroy_node() ends the ticks and completes the bag.  Further keywords are those of rclpy's
+    Node.
 
+    Parameters
+    ----------
+    values : dict, ParameterFile, function or None
+        parameters by name, which those that ROS gives it (files, command line,
+        parameter_overrides) override; or a file that has them, or what reads it
+    torques : iterable of classes
+        of one's own
+    folder : str
+        where in record.directory its bags go
+    begins : bool
+        whether the ticks begin at once
+    ros_files : ParameterFile or None
+        those of ROS, whose frames for several nodes get the namespace before them as the file's do
+    section : str or None
+        the satellite of the file, if not the one of the node's full name
+    controller : function or None
+        makes one, which closes the loop
+    kwargs : dict
+        of rclpy's Node
+
+    Raises
+    ------
+    ValueError
+        a parameter is not allowed
+    OSError
+        no bag can be made
+
+    Examples
+    --------
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
 

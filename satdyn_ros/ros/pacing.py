@@ -51,13 +51,29 @@ class Pacing:
     """
     The ticks of a simulation, paced by absolute deadlines of the monotonic clock.
 
-    factor: simulated seconds per wall second, 0: as fast as possible.  first_tick_ns: the deadline
-    of the first tick, None: its publication.  Nothing is skipped: late ticks are published late;
-    deadlines are reset after a lag of a second, a pause, or a change of the factor.  A run that
-    has halted waits for a request or a reset.  failed(error): called once from the thread if it
-    ends by an error.  begin(): called once from the thread before anything else.  lateness: the
-    lags of all ticks that had deadlines.  Where Python's garbage collection is disabled, it
-    happens between ticks.
+    Nothing is skipped: late ticks are published late; deadlines are reset after a lag of a second,
+    a pause, or a change of the factor.  A run that has halted waits for a request or a reset.
+    Where Python's garbage collection is disabled, it happens between ticks.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        the run
+    listener : BlockListener
+        is told of the ticks
+    factor : s/s
+        simulated seconds per wall second, 0: as fast as possible
+    failed : function of an Exception
+        called once from the thread if it ends by an error
+    begin : function
+        called once from the thread before anything else
+    first_tick_ns : ns or None
+        the deadline of the first tick, None: its publication
+
+    Attributes
+    ----------
+    lateness : Lateness
+        the lags of all ticks that had deadlines
     """
 
     def __init__(
@@ -158,10 +174,16 @@ class Pacing:
         self, event_at: Callable[[int], Event], kind: str | None = None, restarts: bool = False
     ) -> None:
         """
-        Let event_at(tick) act at the next tick.
+        Let an event act at the next tick.
 
-        kind: while no tick passes, an event takes the place of one of its kind that waits.
-        restarts: the event begins a new motion, with which a halted run continues.
+        Parameters
+        ----------
+        event_at : function of int
+            returns the event at a tick
+        kind : str or None
+            while no tick passes, an event takes the place of one of its kind that waits
+        restarts : bool
+            whether it begins a new motion, with which a halted run continues
         """
         self._attention = True
         with self._changed:
@@ -197,10 +219,17 @@ class Pacing:
         passed: Callable[[int], None] | None = None,
     ) -> bool:
         """
-        Let `count` ticks pass while paused; False: not paused, halted, or a step is in progress.
+        Let ticks pass while paused; False: not paused, halted, or a step is in progress.
 
-        ended(number): called once, by any thread and while no tick passes, when that many of the
-        ticks have passed and no more will.  passed(number): called after each, before the next.
+        Parameters
+        ----------
+        count : int
+            how many ticks
+        ended : function of int
+            called once, by any thread and while no tick passes, when that many of the ticks have
+            passed and no more will
+        passed : function of int, or None
+            called after each, before the next
         """
         with self._changed:
             if not self._paused or self._steps or self._halted or self._stopping:

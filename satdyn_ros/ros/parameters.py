@@ -85,9 +85,21 @@ class NodeParameters:
     """
     The parameters of a node, whose values are those of a scenario.
 
-    prepare(scenario, names): called before an ordinary set is accepted, names: of what changes;
-    ValueError refuses it.  changed(scenario, names): called after it was accepted.  lock: held
-    while parameters are set.
+    Parameters
+    ----------
+    node : Node
+        which declares them
+    scenario : Scenario
+        its values at the start
+    prepare : function of a Scenario and names
+        called before an ordinary set of these is accepted; ValueError refuses it
+    changed : function of a Scenario and names
+        called after it was accepted
+
+    Attributes
+    ----------
+    lock : lock
+        held while parameters are set
     """
 
     def __init__(

@@ -27,10 +27,16 @@ _AT_ONCE = Duration()
 
 class PackedTicks:
     """
-    The messages of `count` consecutive ticks.
+    The messages of consecutive ticks.
 
-    rows: by topic; outputs: what publishes them, with the messages of every tick or
-    SparseMessages.
+    Parameters
+    ----------
+    count : int
+        how many ticks
+    rows : dict
+        by topic the messages
+    outputs : sequence
+        what publishes them, with the messages of every tick or SparseMessages
     """
 
     def __init__(

@@ -56,10 +56,32 @@ class Recorder:
     """
     One bag in record.directory, named by the wall clock, open from its making to close().
 
-    topics: those recorded from the start.  resolve: a topic's full name in the node's namespace.
-    report(sentence): called once, by any thread, if the bag does not hold all that it was given.
-    offered, control: as of Recording.  folder: where in record.directory.  failure: that sentence,
-    None: it does.  OSError: it cannot be created.
+    Parameters
+    ----------
+    scenario : Scenario
+        of the node
+    topics : tuple of str
+        those recorded from the start
+    resolve : function of str
+        returns a topic's full name in the node's namespace
+    report : function of str
+        called once, by any thread, with a sentence if the bag does not hold all that it was given
+    offered : dict or None
+        as of Recording
+    folder : str
+        where in record.directory
+    control : dict or None
+        as of Recording
+
+    Attributes
+    ----------
+    failure : str or None
+        that sentence, None: it holds all
+
+    Raises
+    ------
+    OSError
+        it cannot be created
     """
 
     def __init__(
@@ -107,10 +129,22 @@ class Recorder:
         simulation: Simulation,
     ) -> None:
         """
-        Record what happened at the first tick of samples, and the first `count` of them.
+        Record what happened at the first tick of samples, and the first of them.
 
-        rows: by topic.  simulation: as it is at these samples; asked for a snapshot where a file
-        begins.  It waits while the queue is full; after close() nothing is recorded.
+        It waits while the queue is full; after close() nothing is recorded.
+
+        Parameters
+        ----------
+        happened : list of Event
+            at the first tick
+        samples : Samples
+            of consecutive ticks
+        rows : dict
+            the messages by topic
+        count : int
+            how many of the samples
+        simulation : Simulation
+            as it is at these samples; asked for a snapshot where a file begins
         """
         stamp_ns = simulation.ticks.stamp_ns(samples.first_tick)
         published = {name: table[:count] for name, table in rows.items()}

@@ -37,9 +37,27 @@ def replay(
     """
     Publish a bag's messages at their log times and return how many they were.
 
-    rate: bag seconds per second.  publish_clock: /clock just before the messages of each log
-    time.  wait: until a topic has a subscriber.  Topics whose type is not installed are left out
-    with one sentence each.  ValueError: the bag or a number is not allowed.
+    Topics whose type is not installed are left out with one sentence each.
+
+    Parameters
+    ----------
+    path : str or Path
+        the bag
+    rate : s/s
+        bag seconds per second
+    loop : bool
+        whether it is repeated until it is interrupted
+    publish_clock : bool
+        whether /clock comes just before the messages of each log time
+    start_offset_s : s
+        where it begins, from the begin of the bag
+    wait : bool
+        whether it waits until a topic has a subscriber
+
+    Raises
+    ------
+    ValueError
+        the bag or a number is not allowed
     """
     if not (math.isfinite(rate) and rate > 0.0):
         raise ValueError(f'--rate is {rate:g}; it must be a number above 0')
@@ -62,13 +80,17 @@ def replay(
         count = _play(bag, from_ns, rate, publishers, clock)
         while loop:
             count += _play(bag, from_ns, rate, publishers, clock)
-        for name, publisher in publishers.items():
-            if not publisher.wait_for_all_acked(_ACKNOWLEDGED) and (why := unreached()):
-                print(f'{name}: a subscriber did not take all{why}', file=sys.stderr)
+        _wait_until_taken(publishers)
         return count
     finally:
         node.destroy_node()
         context.try_shutdown()
+
+
+def _wait_until_taken(publishers):
+    for name, publisher in publishers.items():
+        if not publisher.wait_for_all_acked(_ACKNOWLEDGED) and (why := unreached()):
+            print(f'{name}: a subscriber did not take all{why}', file=sys.stderr)
 
 
 def _publishers(node: Node, bag: Playback) -> dict[str, Publisher]:

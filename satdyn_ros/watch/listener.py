@@ -40,7 +40,18 @@ _CLASSES = {
 
 
 class HeardState(NamedTuple):
-    """A state that was published: stamp [ns], q_ib (4,), omega_bi_b (3,) [rad/s]."""
+    """
+    A state that was published.
+
+    Attributes
+    ----------
+    stamp_ns : ns
+        of the message
+    q_ib : (4,), x, y, z, w
+        attitude, body to inertial
+    omega_bi_b : (3,), rad/s, body axes
+        rate of the body
+    """
 
     stamp_ns: int
     q_ib: np.ndarray

@@ -50,8 +50,14 @@ class RosGraph:
     """
     The satellites of the graph: one of them at most thirty times a second, or all on a globe.
 
-    node_name: '/sat1/satdyn'; None: the first that is there.  A browser may choose another one, or
-    all, for all browsers.  torques: of one's own that satellites have.
+    A browser may choose another one, or all, for all browsers.
+
+    Parameters
+    ----------
+    node_name : str or None
+        such as /sat1/satdyn; None: the first that is there
+    torques : iterable of classes
+        of one's own that satellites have
     """
 
     page = 'page/live.html'

@@ -24,11 +24,22 @@ class Arguments(NamedTuple):
     """
     Paladini's auxiliary constants of a motion (symmetric.Symmetric).
 
-    sigma (2,): 1 + u is zero at x = i sigma[0] and 1 - u at i sigma[1], or (at_far_end) half a
-    period of u later; 0 <= sigma <= K' (sec. 3, 8).  tau: u is infinite at x = +-i tau (sec. 4,
-    10): real for H1 > 0, K' for H1 = 0, and for H1 < 0 complex with the real part K'.  n (2,):
-    those of the integrals of the third kind, 1 / (1 + n_i sn^2 x).  k2: the squared modulus.
-    x_rate [1/s]: x'.
+    Attributes
+    ----------
+    sigma : (2,)
+        1 + u is zero at x = i sigma[0] and 1 - u at i sigma[1], or (at_far_end) half a period of u
+        later; 0 <= sigma <= K' (sec. 3, 8)
+    at_far_end : (2,) bool
+        whether it is half a period later
+    tau : complex
+        u is infinite at x = +-i tau (sec. 4, 10): real for H1 > 0, K' for H1 = 0, and for H1 < 0
+        complex with the real part K'
+    n : (2,)
+        those of the integrals of the third kind, 1 / (1 + n_i sn^2 x)
+    k2 : float
+        the squared modulus
+    x_rate : 1/s
+        x'
     """
 
     sigma: np.ndarray

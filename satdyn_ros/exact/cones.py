@@ -14,10 +14,18 @@ class Cones(NamedTuple):
     """
     The circular cones about the field's direction between which the axis stays (sec. 1).
 
-    roots (n,): all real roots a_1 <= a_2 ... of f(u), n from 2 to 4: one less for H1 = 0, two less
-    for the free body, and two less where two are complex.  interval: the numbers, from 1, of those
-    between which u = cos theta moves.  case: Paladini's alpha (a_1 to a_2) or beta (a_3 to a_4) of
-    two wells, gamma (a_2 to a_3), or 'complex' (sec. 7).  k: the modulus; 1 on a separatrix.
+    Attributes
+    ----------
+    roots : (n,)
+        all real roots a_1 <= a_2 ... of f(u), n from 2 to 4: one less for H1 = 0, two less for the
+        free body, and two less where two are complex
+    interval : two of int
+        the numbers, from 1, of those between which u = cos theta moves
+    case : str
+        Paladini's alpha (a_1 to a_2) or beta (a_3 to a_4) of two wells, gamma (a_2 to a_3), or
+        complex (sec. 7)
+    k : float
+        the modulus; 1 on a separatrix
     """
 
     roots: np.ndarray

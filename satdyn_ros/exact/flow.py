@@ -26,12 +26,26 @@ class Flow:
     """
     The attitude of an axis u = cos theta whose nutation and phases are given.
 
-    plus: (kp, lp) and minus: (km, lm) [rad/s]; alpha0, beta0 and pq0 = p + i q [rad/s], the
-    transverse rate: the start.
+    Parameters
+    ----------
+    nutation : Nutation
+        of u
+    plus : two of float, rad/s
+        kp, lp
+    minus : two of float, rad/s
+        km, lm
+    alpha0, beta0 : complex
+        at the start
+    pq0 : complex, rad/s
+        the transverse rate p + i q at the start
 
-    zero_plus, zero_minus: the zeros of alpha and beta in complex time.
-    mean_plus, mean_minus: the mean rates of s+ and s- [rad/s], without the jump of an angle at a
-    passage exactly through a pole.
+    Attributes
+    ----------
+    zero_plus, zero_minus : Zero
+        of alpha and beta in complex time
+    mean_plus, mean_minus : rad/s
+        the mean rates of s+ and s-, without the jump of an angle at a passage exactly through a
+        pole
     """
 
     def __init__(

@@ -35,10 +35,20 @@ class Lattice(NamedTuple):
 
 class Zero(NamedTuple):
     """
-    The zero of a half-angle number, sign * i * height [s] from an end of the range of u.
+    The zero of a half-angle number, sign * i * height from an end of the range of u.
 
-    depth [s]: share * imaginary - height.  at_end: the end is not the one where the clock starts
-    but the other, half a period later.  rate [rad/s]: the mean turn of the number squared.
+    Attributes
+    ----------
+    sign : float
+        of its imaginary part
+    height : s
+        its distance from the end
+    depth : s
+        share * imaginary - height
+    at_end : bool
+        whether the end is not the one where the clock starts but the other, half a period later
+    rate : rad/s
+        the mean turn of the number squared
     """
 
     sign: float

@@ -14,8 +14,16 @@ class Turning(NamedTuple):
     """
     The range b <= u <= a of the motion that starts at u0, and f there.
 
-    da, db: a - u0 >= 0 >= b - u0.  from_above: 1 - a and 1 - b; from_below: 1 + b and 1 + a.
-    Qa, Qb: with f = (a - u)(u - b) Q(u), the values of Q at the ends.
+    Attributes
+    ----------
+    da, db : float
+        a - u0 >= 0 >= b - u0
+    from_above : two of float
+        1 - a and 1 - b
+    from_below : two of float
+        1 + b and 1 + a
+    Qa, Qb : float
+        with f = (a - u)(u - b) Q(u), the values of Q at the ends
     """
 
     da: float
@@ -58,8 +66,14 @@ def turning_points(
     """
     Return the turning points beside u0, where f >= 0.
 
-    f, f_up, f_down (5,): coefficients of f(u0 + d), f(1 - s) and f(-1 + s), lowest first, with
-    f(1) <= 0 and f(-1) <= 0; above, below: 1 - u0 and 1 + u0.
+    Parameters
+    ----------
+    f : (5,)
+        coefficients of f(u0 + d), lowest first, with f(1) <= 0 and f(-1) <= 0
+    f_up, f_down : (5,)
+        likewise of f(1 - s) and of f(-1 + s)
+    above, below : float
+        1 - u0 and 1 + u0
     """
     f = np.asarray(f)
     curvature = np.sum(np.abs(f[2:]))

@@ -38,8 +38,17 @@ def compiled(
     """
     Compile a function at its first call, or now for a signature, and keep the code.
 
-    nogil: other threads of Python go on while it runs.  is_short: it is compiled here, in less
-    than a second: to start another process would take twice as long.
+    Parameters
+    ----------
+    function : function
+        in the Python that numba compiles
+    signature : str or None
+        for which it is compiled now; None: at its first call
+    nogil : bool
+        whether other threads of Python go on while it runs
+    is_short : bool
+        whether it is compiled here, in less than a second: to start another process would take
+        twice as long
     """
     dispatcher = _compile(function, cache=_FOLDER is not None, nogil=nogil)
     if _FOLDER is not None and not is_short:

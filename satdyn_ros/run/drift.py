@@ -16,9 +16,16 @@ class MeasuredDrift(NamedTuple):
     """
     Samples that follow each other, measured.
 
-    parts: as they were given; states: those of all their rows; drift: by first integral the
-    relative change of each row, (N,), nan where it is not one.  One row of a motion cannot drift:
-    there is no drift where all motions have one.
+    One row of a motion cannot drift: there is no drift where all motions have one.
+
+    Attributes
+    ----------
+    parts : list of Samples
+        as they were given
+    states : States
+        those of all their rows
+    drift : dict of (N,)
+        by first integral the relative change of each row, nan where it is not one
     """
 
     parts: list[Samples]

@@ -32,7 +32,16 @@ class EntityState:
     """
     Where an entity is and how it moves, all in inertial axes.
 
-    position (3,) [m]; q_ib (4,); velocity (3,) [m/s]; rate (3,) [rad/s], omega_bi_i.
+    Attributes
+    ----------
+    position : (3,), m
+        from the origin
+    q_ib : (4,), x, y, z, w
+        attitude, body to inertial
+    velocity : (3,), m/s
+        of the position
+    rate : (3,), rad/s
+        omega_bi_i
     """
 
     position: np.ndarray

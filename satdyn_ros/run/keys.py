@@ -372,9 +372,20 @@ def keys_of(
     """
     Return the keys of a scenario with these names and these torques, by name.
 
-    names: by rotor.names and the other NAMES_OF_EACH.  sensors: by name, for those of which it is
-    given, the type.  ValueError: a name is not an identifier, or is itself a key; a torque or a
-    sensor has a key or a topic of another's name.
+    Parameters
+    ----------
+    names : dict of tuples of str
+        by rotor.names and the other NAMES_OF_EACH
+    torques : sequence of classes
+        their kinds
+    sensors : dict of str
+        the type, by the names of those for which it is given
+
+    Raises
+    ------
+    ValueError
+        a name is not an identifier, or is itself a key; a torque or a sensor has a key or a topic
+        of another's name
     """
     named: dict[str, Key] = {}
     for key, given in names.items():

@@ -45,9 +45,15 @@ class ParameterFile:
     """
     What parameter files say together, as rcl merges them.
 
-    sections: the parameters, dotted, of each section by its name.  origin: the files' names in
-    errors.  A satellite is a section without wildcards; not that of another node, which has none
-    of our groups of keys and a name of its own.
+    A satellite is a section without wildcards; not that of another node, which has none of our
+    groups of keys and a name of its own.
+
+    Attributes
+    ----------
+    origin : str
+        the files' names in errors
+    sections : dict
+        the parameters, dotted, of each section by its name
     """
 
     origin: str

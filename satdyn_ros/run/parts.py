@@ -28,8 +28,14 @@ class Part:
     """
     A part of the catalogue.
 
-    kind: rotor, magnetorquer, thruster, or a type of sensors.  values: as in its file, by the last
-    words of their keys.  says: what it is and whose figures it has, in one line.
+    Attributes
+    ----------
+    kind : str
+        rotor, magnetorquer, thruster, or a type of sensors
+    values : dict
+        as in its file, by the last words of their keys
+    says : str
+        what it is and whose figures it has, in one line
     """
 
     kind: str

@@ -66,10 +66,19 @@ def check(values: Mapping[str, Any], given: Iterable[str]) -> None:
 
 def resolved(values: Mapping[str, Any], at_s: float, rules: int) -> dict[str, Any]:
     """
-    Return what initial.pointing, where it is given, changes at a time from tick 0 [s].
+    Return what initial.pointing, where it is given, changes at a time.
 
     It is not given then.  Where it needs the instant of tick 0 and there is none yet, nothing
-    changes.  values, rules: of a scenario.
+    changes.
+
+    Parameters
+    ----------
+    values : dict
+        of a scenario
+    at_s : s
+        the time, from tick 0
+    rules : int
+        of a scenario
     """
     target, in_lvlh = values[_POINTING], values['initial.frame'] == 'lvlh'
     if not target:

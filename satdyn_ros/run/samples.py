@@ -34,8 +34,14 @@ class Measured(Stamped):
     """
     What a sensor gives at some of consecutive ticks.
 
-    indices (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
-    values (M, 3), (M, 4) or (M,), as of the sensor.
+    Attributes
+    ----------
+    indices : (M,) int
+        their ticks, counted from the first
+    stamps_ns : (M,) int64, ns
+        of the exposures
+    values : (M, 3), (M, 4) or (M,)
+        as of the sensor
     """
 
     indices: np.ndarray
@@ -54,9 +60,20 @@ class Samples(Stamped):
     """
     What happens at consecutive ticks, all under one event.
 
-    first_tick: the tick of row 0; stamps_ns (N,) int64; states: the rows' states; system: body,
-    field and the torques that act; measured: what the sensors give, by their names; acting: what
-    actuators are commanded, by the names under which it is held.
+    Attributes
+    ----------
+    first_tick : int
+        the tick of row 0
+    stamps_ns : (N,) int64, ns
+        of the rows
+    states : States
+        the rows' states
+    system : System
+        body, field and the torques that act
+    measured : dict of Measured
+        what the sensors give, by their names
+    acting : dict
+        what actuators are commanded, by the names under which it is held
     """
 
     first_tick: int

@@ -30,7 +30,12 @@ class Shown(NamedTuple):
     """
     What is shown of samples.
 
-    columns: its names in tables, one for each component.  of(samples): its values, (N, k).
+    Attributes
+    ----------
+    columns : tuple of str
+        its names in tables, one for each component
+    of : function of Samples
+        returns its values, (N, k)
     """
 
     columns: tuple[str, ...]
@@ -58,14 +63,28 @@ class Topic:
     """
     A topic.
 
-    name: as ROS resolves it in the node's namespace, absolute for /tf, /clock and /diagnostics.
-    role: 'state' (one message per tick, chosen by publish.topics), 'sensor' (chosen by
-    sensors.names), 'latched' (one message), 'clock', 'input' or 'diagnostics'.
-    frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
-    says: its content in words, with units.  shows: what its messages hold, in the order of
-    messages/contents.py; empty where it is no such quantity.  panel: None: it has none of its own.
-    joints: of sensor_msgs/JointState, the names, and fields those that hold what it shows.
-    lacking(system): why a system has no such topic, '' where it has.
+    Attributes
+    ----------
+    name : str
+        as ROS resolves it in the node's namespace, absolute for /tf, /clock and /diagnostics
+    type : str
+        of its messages
+    role : str
+        state (one message per tick, chosen by publish.topics), sensor (chosen by sensors.names),
+        latched (one message), clock, input or diagnostics
+    frame : str
+        which of the scenario's frames its header names: inertial, orbital, body, or none
+    says : str
+        its content in words, with units
+    shows : tuple of Shown
+        what its messages hold, in the order of messages/contents.py; empty where it is no such
+        quantity
+    panel : Panel or None
+        None: it has none of its own
+    lacking : function of a System
+        returns why it has no such topic, empty where it has
+    joints, fields : tuple of str
+        of sensor_msgs/JointState, the names, and those that hold what it shows
     """
 
     name: str
@@ -459,9 +478,24 @@ def topics_with(
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    commanded: the topics of the actuators.  modes, rods and thrusters: by names; the panel of the
-    last has the mean of each tick_s [s] from tick to tick, as pulses may be shorter.  ValueError:
-    a topic of a torque, or a sensor, has the name of another topic.
+    Parameters
+    ----------
+    torques : iterable of classes
+        their kinds
+    sensors : dict of classes
+        their kinds, by their names
+    commanded : iterable of str
+        the topics of the actuators
+    modes, rods, thrusters : tuple of str
+        their names
+    tick_s : s
+        from tick to tick, over which the panel of the thrusters has the mean, as pulses may be
+        shorter
+
+    Raises
+    ------
+    ValueError
+        a topic of a torque, or a sensor, has the name of another topic
     """
     table = {**TOPICS, 'flexible': _flexible(modes), 'hysteresis': _hysteresis(rods)}
     for kind in torques:

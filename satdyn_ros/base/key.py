@@ -190,6 +190,17 @@ class Key:
         return int(number) if is_whole else float(number)
 
 
+def part_key(owner: str) -> Key:
+    """Return the key that names a part of the catalogue, as `owner.part`."""
+    return Key(
+        f'{owner}.part',
+        'text',
+        '',
+        '',
+        'the name of a part, whose values are taken where none is given here; empty: no part',
+    )
+
+
 def _shown(value: Any) -> str:
     """Return a value as a sentence repeats it."""
     given = ascii(value) if isinstance(value, str) else str(value)

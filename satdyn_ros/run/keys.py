@@ -1,17 +1,18 @@
 """The table of a scenario's keys: type, unit, range, default and meaning of each."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
 from ..actuators import ACTUATORS, Actuator
-from ..base.key import Key
+from ..base.key import Key, part_key
 from ..dynamics.flexible import KEYS_OF_A_MODE, MODE_NAMES
 from ..dynamics.rotor_keys import ROTOR_KEYS, ROTOR_NAMES
 from ..environment.environment_keys import ENVIRONMENT_KEYS
 from ..orbits.fixed import GRADIENT
 from ..orbits.orbit_keys import keys_of_orbits
-from ..sensors import COMMON, KINDS
+from ..sensors import KINDS
+from ..sensors.sensor_keys import keys_of_sensor, keys_of_sensors
 from ..torques.body_torque import BodyTorque
 from ..torques.hysteresis import KEYS_OF_A_ROD, ROD_NAMES
 from ..torques.magnetic import Magnetic
@@ -20,40 +21,13 @@ from ..torques.weight import Weight
 from .ticks import LAST_STAMP_NS
 from .topics import STATE_TOPICS, topics_with
 
-# The sensors that version 0.2 had: their keys are in every text.
-_ALWAYS_WRITTEN = 'gyro', 'star_tracker'
-
-
-def _of_sensor(name: str, keys: Iterable[Key]) -> Iterator[Key]:
-    """Yield the keys of a sensor of a name; its frame has the same unless it is given."""
-    for key in keys:
-        default = name if key.name == 'frame_id' else key.default
-        is_optional = key.is_optional or name not in _ALWAYS_WRITTEN
-        full_name = f'sensors.{name}.{key.name}'
-        yield replace(key, name=full_name, default=default, is_optional=is_optional)
-
-
-def _of_any_sensor(name: str) -> Iterator[Key]:
-    """Yield the keys that a sensor of a name has whatever its type."""
-    yield _part(f'sensors.{name}')
-    yield from _of_sensor(name, COMMON)
-
 
 def _of_actuator(kind: type[Actuator]) -> Iterator[Key]:
     """Yield the keys of a kind of actuators; one that says a size of it may be that of a part."""
-    yield from map(_part, dict.fromkeys(key.name.split('.')[0] for key in kind.keys if key.unit))
-    yield from (replace(key, is_optional=True) for key in kind.keys)
-
-
-def _part(owner: str) -> Key:
-    """Return the key that names a part of the catalogue."""
-    return Key(
-        f'{owner}.part',
-        'text',
-        '',
-        '',
-        'the name of a part, whose values are taken where none is given here; empty: no part',
+    yield from map(
+        part_key, dict.fromkeys(key.name.split('.')[0] for key in kind.keys if key.unit)
     )
+    yield from (replace(key, is_optional=True) for key in kind.keys)
 
 
 # 5 deg of roll and 10 deg of pitch to LVLH.
@@ -86,7 +60,7 @@ KEYS = {
         MODE_NAMES,
         ROD_NAMES,
         ROTOR_NAMES,
-        _part('rotor'),
+        part_key('rotor'),
         *ROTOR_KEYS,
         *keys_of_orbits(),
         *ENVIRONMENT_KEYS,
@@ -274,26 +248,7 @@ KEYS = {
             changes='running',
         ),
         *(key for kind in ACTUATORS.values() for key in _of_actuator(kind)),
-        Key(
-            'sensors.names',
-            'string_array',
-            (),
-            '',
-            'the sensors that measure, each described by sensors.NAME.type and so on; one with '
-            f'the name of a type, {", ".join(KINDS)}, is of that type; each publishes on the '
-            'topic of its name',
-        ),
-        Key(
-            'sensors.seed',
-            'integer',
-            0,
-            '',
-            'seed of the noise, the same noise for the same seed; 0: drawn at start and recorded',
-            low=0,
-            high=_INT64,
-        ),
-        *(key for name in KINDS for key in _of_any_sensor(name)),
-        *(key for name, kind in KINDS.items() for key in _of_sensor(name, kind.keys)),
+        *keys_of_sensors(),
         Key('record.enabled', 'bool', False, '', 'record from the first tick'),
         Key('record.directory', 'string', '.', '', 'directory for bags'),
         Key(
@@ -355,7 +310,7 @@ _OF_EACH: dict[str, tuple[Sequence[Key], tuple[str, ...]]] = {
     'flexible.names': (KEYS_OF_A_MODE, ()),
     'hysteresis.names': (KEYS_OF_A_ROD, ()),
     **{
-        kind.keys[0].name: ((_part(kind.keys[0].name.split('.')[0]), *kind.of_each), ())
+        kind.keys[0].name: ((part_key(kind.keys[0].name.split('.')[0]), *kind.of_each), ())
         for kind in ACTUATORS.values()
         if kind.of_each
     },
@@ -400,10 +355,7 @@ def keys_of(
         states = tuple(name for name, topic in table.items() if topic.role == 'state')
         of_torques['publish.topics'] = replace(KEYS['publish.topics'], choices=states)
     for name, kind in sensors.items():
-        of_sensor = [type_of_sensor(name, kind)]
-        if name not in KINDS:
-            of_sensor += (*_of_any_sensor(name), *_of_sensor(name, KINDS[kind].keys))
-        named |= {key.name: key for key in of_sensor}
+        named |= {key.name: key for key in keys_of_sensor(name, kind)}
     return KEYS | named | of_torques if named or of_torques else KEYS
 
 
@@ -422,11 +374,3 @@ def _check_names(group, names, taken):
                 f'{group}.names has {name!r}; a name has letters, digits and _, does not '
                 f'begin with a digit and is none of {", ".join(("names", *taken))}'
             )
-
-
-def type_of_sensor(name: str, default: str = '') -> Key:
-    """Return the key of the type of a sensor; one that has the name of a type is of this type."""
-    choices = (name,) if name in KINDS else tuple(KINDS)
-    return Key(
-        f'sensors.{name}.type', 'string', default, '', 'type of the sensor', choices=choices
-    )

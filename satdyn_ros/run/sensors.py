@@ -10,7 +10,8 @@ import numpy as np
 from ..base.sentences import Checks
 from ..sensors import COMMON, KINDS, Gyro, Sensor
 from ..sensors.noise import stream_of
-from .keys import KEYS, type_of_sensor
+from ..sensors.sensor_keys import type_of_sensor
+from .keys import KEYS
 from .orbits import type_of
 from .rules import TURNS_ARE_COUNTED
 

@@ -24,9 +24,23 @@ class Playback:
     """
     A complete bag to play.
 
-    types, qos: of each topic that has messages in CDR, by its name.  begin_ns, end_ns: the first
-    and the last log time.  BagError, here and while reading: path is no such bag, holds no
-    messages, or more topics than any system has, or is damaged.
+    Parameters
+    ----------
+    path : str or Path
+        the bag
+
+    Attributes
+    ----------
+    types, qos : dict
+        of each topic that has messages in CDR, by its name
+    begin_ns, end_ns : ns
+        the first and the last log time
+
+    Raises
+    ------
+    BagError
+        here and while reading: path is no such bag, holds no messages, or more topics than any
+        system has, or is damaged
     """
 
     def __init__(self, path: str | Path):

@@ -40,10 +40,28 @@ class RecordedRun:
     """
     The run in a bag written by satdyn_ros.
 
-    scenario: with the epoch resolved.  names: the topics' names in the bag by those in the
-    scenario.  machine: what the bits depend on besides the scenario.  rules: by which it ran.
-    snapshot: the start of the bag, as Simulation.snapshot; None if it has no samples.
-    ValueError: path is not such a bag.
+    Parameters
+    ----------
+    path : str or Path
+        the bag
+
+    Attributes
+    ----------
+    scenario : Scenario
+        with the epoch resolved
+    names : dict
+        the topics' names in the bag by those in the scenario
+    machine : dict
+        what the bits depend on besides the scenario
+    rules : int
+        by which it ran
+    snapshot : dict or None
+        the start of the bag, as Simulation.snapshot; None if it has no samples
+
+    Raises
+    ------
+    ValueError
+        path is not such a bag
     """
 
     def __init__(self, path: str | Path):

@@ -61,12 +61,26 @@ class Field(NamedTuple):
 
 class OffsetPendulum:
     """
-    The pendulum of a field from its start, G1, |G2| not both zero.
+    The pendulum of a field from its start.
 
-    regime: 'libration', 'tumbling', 'separatrix' or 'rest'; k the modulus of the elliptic
-    functions; period_s: of the libration, or of a whole turn; else None.  limits [rad]: the angles
-    between which a libration stays; else None.
+    Parameters
+    ----------
+    field : Field
+        with G1 and |G2| not both zero
 
+    Attributes
+    ----------
+    regime : str
+        libration, tumbling, separatrix or rest
+    k : float
+        the modulus of the elliptic functions
+    period_s : s or None
+        of the libration, or of a whole turn; else None
+    limits : two of rad, or None
+        the angles between which a libration stays; else None
+
+    Examples
+    --------
     >>> theta, rate = OffsetPendulum(Field(1.0, 0.0, 0.2, 0.5, 0.3)).at(np.array([10.0]))
     """
 

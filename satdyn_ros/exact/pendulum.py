@@ -7,12 +7,27 @@ from . import elliptic
 
 class Pendulum:
     """
-    The pendulum that starts at theta0 [rad] with rate0 [rad/s]; N >= 0 [rad/s] of small swings.
+    The pendulum from its start.
 
-    k: the modulus, k^2 = (rate0 / N)^2 + sin^2 theta0; k < 1 is the 'libration', k > 1
-    'tumbling', k = 1 the 'separatrix', and 'rest' an equilibrium: the regime.  period_s: of the
-    libration, or of a whole turn (gradient and rate repeat after half of it); else None.
-    limits [rad]: the angles between which a libration stays; else None.
+    Parameters
+    ----------
+    N : rad/s
+        of small swings, N >= 0
+    theta0 : rad
+        at the start
+    rate0 : rad/s
+        at the start
+
+    Attributes
+    ----------
+    k : float
+        the modulus, k^2 = (rate0 / N)^2 + sin^2 theta0
+    regime : str
+        libration for k < 1, tumbling for k > 1, separatrix for k = 1, and rest at an equilibrium
+    period_s : s or None
+        of the libration, or of a whole turn (gradient and rate repeat after half of it); else None
+    limits : two of rad, or None
+        the angles between which a libration stays; else None
     """
 
     def __init__(self, N: float, theta0: float, rate0: float):

@@ -29,8 +29,15 @@ class Polhode(NamedTuple):
         """
         Return the polhode, whose y axis has the largest or the least alpha and z the other.
 
-        differences: y - z, y - x, x - z of the alphas; distances: e - z, y - e, e - x; all times
-        one rate [rad/s], and those from y or z of one sign, so that nothing cancels.
+        All differences and distances are times one rate [rad/s], and those from y or z of one
+        sign, so that nothing cancels.
+
+        Parameters
+        ----------
+        differences : (3,), rad/s
+            y - z, y - x, x - z of the alphas
+        distances : (3,), rad/s
+            e - z, y - e, e - x
         """
         yz, yx, xz = differences
         ez, ye, ex = distances

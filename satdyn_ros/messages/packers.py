@@ -25,8 +25,19 @@ class SensorPacker:
     """
     Packs the measurements of a sensor.
 
-    dtype: the layout of its messages, as cdr.Message.dtype.  is_at_every_tick: whether it measures
-    so often, as a gyro may.
+    Parameters
+    ----------
+    name : str
+        of the sensor
+    scenario : Scenario
+        that has it
+
+    Attributes
+    ----------
+    dtype : dtype
+        the layout of its messages, as cdr.Message.dtype
+    is_at_every_tick : bool
+        whether it measures so often, as a gyro may
     """
 
     def __init__(self, name: str, scenario: Scenario):

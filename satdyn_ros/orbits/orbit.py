@@ -48,10 +48,15 @@ class Orbit(ABC):
     """
     Where a body is and how the attracting centre pulls; times t_s (...) [s] are from tick 0.
 
-    has_lvlh: whether it travels, so that it has a position, a period and LVLH axes.  is_keplerian:
-    whether it is a circle or an ellipse on which the body falls freely, as closed forms have it;
-    then it has eccentricity, normal and fastest_rate.  mu [m^3/s^2]: of the centre, nan where only
-    the gradient is known.
+    Attributes
+    ----------
+    has_lvlh : bool
+        whether it travels, so that it has a position, a period and LVLH axes
+    is_keplerian : bool
+        whether it is a circle or an ellipse on which the body falls freely, as closed forms have
+        it; then it has eccentricity, normal and fastest_rate
+    mu : m^3/s^2
+        of the centre, nan where only the gradient is known
     """
 
     has_lvlh = True

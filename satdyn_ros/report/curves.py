@@ -50,12 +50,26 @@ def shown(topics: Iterable[Topic], samples: Samples) -> dict[str, np.ndarray]:
 
 def curves(samples: Samples, topics: Iterable[Topic]) -> dict[str, np.ndarray]:
     """
-    Return what is drawn over time of samples, (N, k) each.
+    Return what is drawn over time of samples, and what topics show, by their names, (N, k) each.
 
-    attitude: roll, pitch and yaw to LVLH, or to inertial axes without an orbit, and the angle of
-    the axis of least inertia to nadir where there are both [rad]; nadir: that angle and its parts,
-    see nadir_angles; rate: body rate in body axes and its length [rad/s]; rotor_speed [rad/s]; and
-    what topics show, by their names.
+    Parameters
+    ----------
+    samples : Samples
+        N of them
+    topics : iterable of Topic
+        what they show is drawn too
+
+    Returns
+    -------
+    attitude : (N, k), rad
+        roll, pitch and yaw to LVLH, or to inertial axes without an orbit, and the angle of the
+        axis of least inertia to nadir where there are both
+    nadir : (N, 3), rad
+        that angle and its parts, see nadir_angles
+    rate : (N, 4), rad/s
+        body rate in body axes and its length
+    rotor_speed : (N, R), rad/s
+        of the rotors
     """
     states = samples.states
     omega = states.omega_bi_b

@@ -31,8 +31,14 @@ def description(scenario: Scenario) -> dict[str, Any] | None:
     """
     Return what a page needs to draw the Earth, plain data; None: no position is published.
 
-    epoch_s: Unix time of tick 0 [s].  period_s: of the orbit [s], so long is the track.  coast: as
-    in coast.json.
+    Returns
+    -------
+    epoch_s : s
+        Unix time of tick 0
+    period_s : s
+        of the orbit, so long is the track
+    coast : dict
+        as in coast.json
     """
     orbit = scenario.system.orbit
     if GEODETIC not in scenario.topics or not orbit.has_lvlh:
@@ -55,7 +61,14 @@ def earth() -> dict[str, Any]:
     """
     Return what a page needs to draw the Earth and orbits about it, plain data.
 
-    radius_m: of the equator.  mu: [m^3/s^2].  coast: as in coast.json.
+    Returns
+    -------
+    radius_m : m
+        of the equator
+    mu : m^3/s^2
+        gravitational parameter
+    coast : dict
+        as in coast.json
     """
     return {'radius_m': EARTH_RADIUS_M, 'mu': EARTH_MU, 'coast': _coast()}
 

@@ -25,11 +25,22 @@ _CAPTURED, _TUMBLING, _GREY, _ALL = '#0072B2', '#E69F00', '#999999', '#56B4E9'
 
 def plot_sweep(directory: str | Path, output: str | Path, what: Sequence[str] = ()) -> None:
     """
-    Draw columns of a sweep's table into an image; the suffix of its name selects the format.
+    Draw columns of a sweep's table into an image.
 
-    what: columns with numbers; none: those of angles, rates and capture that have values, and
-    outcomes of one's own.
-    ValueError: the sweep is not finished, or has no such column, or no such images are written.
+    Parameters
+    ----------
+    directory : str or Path
+        of the sweep
+    output : str or Path
+        the image; the suffix of its name selects the format
+    what : sequence of str
+        columns with numbers; none: those of angles, rates and capture that have values, and
+        outcomes of one's own
+
+    Raises
+    ------
+    ValueError
+        the sweep is not finished, or has no such column, or no such images are written
     """
     table = Path(directory) / TABLE
     if not table.exists():

@@ -40,8 +40,24 @@ class CommandInputs:
     A message is refused in another frame than the body's, where its actuator does not take it, or
     where motion.method is exact and there is no closed form with it; of each kind of refusal a
     warning comes at most every ten seconds.
-    timeout_s: simulated time after which a command drops to zero; 0: never.  subscriptions: by the
-    names of their topics.
+
+    Parameters
+    ----------
+    node : Node
+        that subscribes
+    scenario : Scenario
+        of the node
+    ticks : Ticks
+        of the run
+    pacing : Pacing
+        which takes the commands
+
+    Attributes
+    ----------
+    timeout_s : s
+        simulated time after which a command drops to zero; 0: never
+    subscriptions : dict
+        by the names of their topics
     """
 
     def __init__(self, node: Node, scenario: Scenario, ticks: Ticks, pacing: Pacing):

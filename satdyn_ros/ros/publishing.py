@@ -63,9 +63,26 @@ class Publishing:
     The state topics and /clock of a node.
 
     Topics that a scenario does not have, or whose type is not installed, are left out with one
-    warning each.  publishers: those of the state topics and the sensors, by name.  offered: their
-    quality of service, with what the parameters qos_overrides.* change.  ValueError, here and in
-    open: these are not allowed.
+    warning each.
+
+    Parameters
+    ----------
+    node : Node
+        that publishes
+    scenario : Scenario
+        of the node
+
+    Attributes
+    ----------
+    publishers : dict
+        those of the state topics and the sensors, by name
+    offered : dict
+        their quality of service, with what the parameters qos_overrides.* change
+
+    Raises
+    ------
+    ValueError
+        here and in open: these are not allowed
     """
 
     def __init__(self, node: Node, scenario: Scenario):

@@ -18,8 +18,20 @@ class Suites:
     """
     The suites of M runs, each with the bits that it has alone.
 
-    sensors: of each run, by name, such as need not be alone.  are_any: whether there are any.
-    ValueError: they differ by more than their seeds.
+    Parameters
+    ----------
+    sensors : sequence of dict
+        of each run, by name, such as need not be alone
+
+    Attributes
+    ----------
+    are_any : bool
+        whether there are any
+
+    Raises
+    ------
+    ValueError
+        they differ by more than their seeds
     """
 
     def __init__(self, sensors: Sequence[Mapping[str, Sensor]]):

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from satdyn_ros.actuators import ACTUATORS
+from satdyn_ros.torques import ENVIRONMENT_TORQUES
 
 PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 
@@ -84,6 +85,21 @@ def test_no_other_room_names_an_actuator():
     # Its tasks are scenarios, which are data.
     allowed = {Path('gym/tasks.py')}
     assert [path for path in found if path.parts[0] != 'actuators' and path not in allowed] == []
+
+
+def test_no_other_room_names_a_torque_of_the_environment():
+    """What flies, is checked and is shown goes over the list of the kinds."""
+    names = {kind.__name__ for kind in ENVIRONMENT_TORQUES}
+    assert len(names) >= 4
+    found = set()
+    for path in PACKAGE.rglob('*.py'):
+        tree = ast.parse(path.read_text())
+        imported = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        if names & {alias.name for node in imported for alias in node.names}:
+            found.add(path.relative_to(PACKAGE))
+    # What commands its dipole, and what draws its rods.
+    allowed = {Path('actuators/magnetorquers.py'), Path('report/hysteresis_loops.py')}
+    assert {path for path in found if path.parts[0] != 'torques'} == allowed
 
 
 def test_an_orbit_is_asked_and_not_known_by_its_type():

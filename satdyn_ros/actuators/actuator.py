@@ -186,6 +186,11 @@ class Actuator(ABC):
         """Return what the motion depends on of all that acts, by name; equal: it is the same."""
         return {name: acting[name] for name in self.none}
 
+    @classmethod
+    def without_effect(cls, values: Mapping[str, Any]) -> Iterator[str]:
+        """Yield a sentence on each thing that a scenario describes and that does nothing."""
+        yield from ()
+
     def torque(self) -> BodyTorque | None:
         """Return the torque that is there for it alone, while nothing is commanded."""
         return None

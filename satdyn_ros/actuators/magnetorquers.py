@@ -1,6 +1,6 @@
 """Magnetorquers: a dipole along each body axis, which the field along the orbit turns."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -42,6 +42,14 @@ class Magnetorquers(BodyVector):
         self.is_fitted = any(self._most)
         self.topics = (self.topic,) if self.is_fitted else ()
         self.none = dict.fromkeys(self.topics, ZERO)
+
+    @classmethod
+    def without_effect(cls, values: Mapping[str, Any]) -> Iterator[str]:
+        """Yield a sentence on each coupling of a sensor with magnetorquers that are not there."""
+        (most,) = cls.keys
+        for name in [f'sensors.{name}.torquer_coupling' for name in values['sensors.names']]:
+            if any(values.get(name, ())) and not any(values[most.name]):
+                yield f'{name} is given, but without {most.name} it has no effect'
 
     def given(self, word: str, given: Any) -> dict[str, Any]:
         """Return by topic the checked values of a word; ValueError: as of Actuator.given."""

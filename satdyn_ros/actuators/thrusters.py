@@ -56,6 +56,7 @@ class Thrusters(Actuator):
             'direction of the force on the body, against that of the plume, body axes; only its '
             'direction counts',
             lengths=(3,),
+            is_direction=True,
         ),
         Key('thrust', 'double', 0.0, 'N', 'thrust of the open valve', low=0.0, high=1e12),
         Key(
@@ -109,6 +110,13 @@ class Thrusters(Actuator):
         self._keys = {
             name: replace(self._on_time, name=f'on-time of the thruster {name}') for name in names
         }
+
+    @classmethod
+    def without_effect(cls, values: Mapping[str, Any]) -> Iterator[str]:
+        """Yield a sentence on each thruster without a thrust."""
+        for name in values['thruster.names']:
+            if not values[f'thruster.{name}.thrust']:
+                yield f'thruster.{name}.thrust is 0, so that it has no effect'
 
     def given(self, word: str, given: Any) -> dict[str, Any]:
         """Return by topic the checked values of a word; ValueError: as of Actuator.given."""

@@ -52,6 +52,8 @@ class Key:
         whether a text leaves it out where it has its default, as most scenarios do
     trade : str
         the unit in which datasheets have it, where its own does not say
+    is_direction : bool
+        whether only the direction of the array counts, which must have one
     """
 
     name: str
@@ -69,6 +71,7 @@ class Key:
     also: tuple[str, ...] = ()
     is_optional: bool = False
     trade: str = ''
+    is_direction: bool = False
 
     @property
     def allowed(self) -> str:

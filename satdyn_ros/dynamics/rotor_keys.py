@@ -29,6 +29,7 @@ ROTOR_KEYS = (
         '',
         "unit vector along the rotor's axis, body axes",
         lengths=(3,),
+        is_direction=True,
     ),
     Key(
         'rotor.momentum',

@@ -17,7 +17,8 @@ from ..base.sentences import Checks, distinct_texts, written
 from ..dynamics import inertia
 from ..kernel.rows import length
 from ..torques.thrust import LEAST_TIME_CONSTANT_S
-from . import environment, modes, orbits, rods, rotors, sensors
+from . import environment, modes, orbits, rotors, sensors
+from .keys import DIRECTIONS
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -65,12 +66,12 @@ def divided(values: Mapping[str, Any]) -> Iterator[str]:
 
 def _units_of(values):
     """Return the names of quaternions and axes, with what the norm of each may be off."""
-    axes = [f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names'])]
-    axes += [f'surface.{name}.normal' for name in values['surface.names']]
-    axes += [f'thruster.{name}.direction' for name in values['thruster.names']]
-    axes += [f'hysteresis.{name}.axis' for name in values['hysteresis.names']]
     quaternions = ((name, _UNIT_TO) for name in _quaternions(values))
-    return [*quaternions, *((name, np.inf) for name in axes)]
+    directions = [] if values['rotor.names'] else ['rotor.axis']
+    for names, leaf in DIRECTIONS:
+        group = names.partition('.')[0]
+        directions += [f'{group}.{name}.{leaf}' for name in values[names]]
+    return [*quaternions, *((name, np.inf) for name in directions)]
 
 
 def _quaternions(values):
@@ -205,7 +206,7 @@ ALL_CHECKS: tuple[Callable[[Mapping[str, Any]], Checks], ...] = (
     body,
     rotors.checks,
     modes.checks,
-    rods.checks,
+    environment.checks_of_torques,
     ticks,
     frame,
     turns_a_tick,

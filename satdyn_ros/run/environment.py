@@ -4,31 +4,19 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from ..actuators import ACTUATORS
 from ..base.sentences import Checks, written
 from ..environment import Exponential, Msis
 from ..orbits import Orbit
 from ..orbits.along_orbit import AlongOrbit
 from ..orbits.kepler import EARTH_MU, EARTH_TO
-from ..torques.aerodynamic import Aerodynamic
-from ..torques.body_torque import BodyTorque
-from ..torques.hysteresis import Hysteresis
-from ..torques.magnetic import Magnetic
-from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, Plate, box
-from ..torques.solar import Solar
+from ..torques import ENVIRONMENT_TORQUES, BodyTorque
+from ..torques.plates import COEFFICIENTS
 from .orbits import type_of
-from .rods import rods_of
 from .rules import RULES, STEPS_SEE_PAIRS, TABLES_END_WHERE_THEY_MUST
 
 # The models of what there is, none by default.
 MODELS = ('environment.magnetic_field', 'environment.atmosphere', 'environment.sun')
-# What the field turns.
-_COMMANDED = [kind for kind in ACTUATORS.values() if kind.acts_on is Magnetic]
-_DIPOLES = tuple(
-    key.name for keys in (Magnetic.keys, *(kind.keys for kind in _COMMANDED)) for key in keys
-)
 _AIR: dict[str, Any] = {'exponential': Exponential, 'msis': Msis}
 # Keys that belong to one model of the air: key, the choosing key, the choice.
 OF_THE_AIR = tuple(
@@ -93,37 +81,28 @@ def of_the_surface(names: Iterable[str]) -> dict[str, str]:
     }
 
 
-def plates(values: Mapping[str, Any]) -> list[Plate]:
-    """Return the plates that a scenario describes, the sides of its box first."""
-    found = []
-    if np.any(values['body.box']):
-        coefficients = (values[f'surface.{key.name}'] for key in COEFFICIENTS)
-        found = box(values['body.box'], values['body.box_centre'], *coefficients)
-    for name in values['surface.names']:
-        found.append(Plate(*(values[f'surface.{name}.{key.name}'] for key in KEYS_OF_A_PLATE)))
-    return [plate for plate in found if plate.area]
+def checks_of_torques(values: Mapping[str, Any]) -> Checks:
+    """Check what the values of the torques of the environment may not be together."""
+    for kind in ENVIRONMENT_TORQUES:
+        yield from kind.checks(values)
+
+
+def _given(kind, values):
+    """Return the keys that describe what a kind of torques acts on, those of actuators too."""
+    acting = (each for each in ACTUATORS.values() if each.acts_on is kind)
+    keys = (key for each in acting for key in each.keys)
+    return [*kind.given(values), *(key.name for key in keys if values[key.name] != key.default)]
 
 
 def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield a sentence on each thing that is described and that nothing acts on."""
-    for name in _DIPOLES:
-        if any(values[name]) and values['environment.magnetic_field'] == 'none':
-            yield f'{name} is given, but without environment.magnetic_field it has no effect'
-    for name in values['thruster.names']:
-        if not values[f'thruster.{name}.thrust']:
-            yield f'thruster.{name}.thrust is 0, so that it has no effect'
-    most = [key.name for kind in _COMMANDED for key in kind.keys]
-    for name in [f'sensors.{name}.torquer_coupling' for name in values['sensors.names']]:
-        if any(values.get(name, ())) and not any(any(values[key]) for key in most):
-            yield f'{name} is given, but without {most[0]} it has no effect'
-    if values['hysteresis.names'] and values['environment.magnetic_field'] == 'none':
-        yield 'hysteresis.names is given, but without environment.magnetic_field it has no effect'
-    if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):
-        name = 'body.box' if any(values['body.box']) else 'surface.names'
-        yield (
-            f'{name} is given, but without environment.atmosphere or environment.sun it has no '
-            'effect'
-        )
+    needed: dict[str, list[str]] = {}
+    for kind in ENVIRONMENT_TORQUES:
+        for name in _given(kind, values):
+            needed.setdefault(name, []).append(kind.needs)
+    for name, models in needed.items():
+        if all(values[model] == 'none' for model in models):
+            yield f'{name} is given, but without {" or ".join(models)} it has no effect'
 
 
 def along(
@@ -166,14 +145,8 @@ def torques_of(
     """Return the torques of the environment, those whose ingredients are given."""
     if along_orbit is None:
         return ()
-    torques: list[BodyTorque] = []
-    names, surface = asked(values), plates(values)
-    if 'environment.magnetic_field' in names and any(np.any(values[name]) for name in _DIPOLES):
-        torques.append(Magnetic(values['body.dipole'], along_orbit.magnetic_field))
-    if 'environment.atmosphere' in names and surface:
-        torques.append(Aerodynamic(surface, along_orbit.air_velocity, along_orbit.log_density))
-    if 'environment.sun' in names and surface:
-        torques.append(Solar(surface, along_orbit.sun))
-    if 'environment.magnetic_field' in names and (rods := rods_of(values)):
-        torques.append(Hysteresis(rods, along_orbit.magnetic_field_and_rate))
-    return tuple(torques)
+    return tuple(
+        kind.along(values, along_orbit)
+        for kind in ENVIRONMENT_TORQUES
+        if values[kind.needs] != 'none' and _given(kind, values)
+    )

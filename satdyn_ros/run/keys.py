@@ -13,13 +13,11 @@ from ..orbits.fixed import GRADIENT
 from ..orbits.orbit_keys import keys_of_orbits
 from ..sensors import KINDS
 from ..sensors.sensor_keys import keys_of_sensor, keys_of_sensors
-from ..torques.body_torque import BodyTorque
-from ..torques.hysteresis import KEYS_OF_A_ROD, ROD_NAMES
-from ..torques.magnetic import Magnetic
-from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE, PLATE_NAMES
+from ..torques import ENVIRONMENT_TORQUES, BodyTorque
+from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, KEYS_OF_THE_SURFACE
 from ..torques.weight import Weight
 from .ticks import LAST_STAMP_NS
-from .topics import STATE_TOPICS, topics_with
+from .topics import NO_NAMES, STATE_TOPICS, topics_with
 
 
 def _of_actuator(kind: type[Actuator]) -> Iterator[Key]:
@@ -53,12 +51,9 @@ KEYS = {
             lengths=(3, 6, 9),
         ),
         *Weight.keys,
-        *Magnetic.keys,
-        *KEYS_OF_A_BOX,
-        PLATE_NAMES,
-        *(replace(key, name=f'surface.{key.name}', is_optional=True) for key in COEFFICIENTS),
+        *(replace(key, is_optional=True) for kind in ENVIRONMENT_TORQUES for key in kind.keys),
+        *KEYS_OF_THE_SURFACE,
         MODE_NAMES,
-        ROD_NAMES,
         ROTOR_NAMES,
         part_key('rotor'),
         *ROTOR_KEYS,
@@ -294,7 +289,6 @@ KEYS = {
 # The first parts of keys.
 GROUPS = frozenset(name.split('.')[0] for name in KEYS)
 _NONE: Mapping[str, str] = MappingProxyType({})
-_NO_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 # What describes one rotor.
 _OF_A_ROTOR = tuple(
     name.removeprefix('rotor.')
@@ -308,7 +302,7 @@ _OF_EACH: dict[str, tuple[Sequence[Key], tuple[str, ...]]] = {
     'rotor.names': ([KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR], _OF_A_ROTOR),
     'surface.names': (KEYS_OF_A_PLATE, tuple(key.name for key in COEFFICIENTS)),
     'flexible.names': (KEYS_OF_A_MODE, ()),
-    'hysteresis.names': (KEYS_OF_A_ROD, ()),
+    **{kind.keys[0].name: (kind.of_each, ()) for kind in ENVIRONMENT_TORQUES if kind.of_each},
     **{
         kind.keys[0].name: ((part_key(kind.keys[0].name.split('.')[0]), *kind.of_each), ())
         for kind in ACTUATORS.values()
@@ -317,10 +311,17 @@ _OF_EACH: dict[str, tuple[Sequence[Key], tuple[str, ...]]] = {
 }
 # The keys that decide on other keys.
 NAMES_OF_EACH = tuple(_OF_EACH)
+# Of what has a direction: the key of its names, and the last word of the key of the direction.
+DIRECTIONS = tuple(
+    (names, key.name.rpartition('.')[2])
+    for names, (keys, _) in _OF_EACH.items()
+    for key in keys
+    if key.is_direction
+)
 
 
 def keys_of(
-    names: Mapping[str, tuple[str, ...]] = _NO_NAMES,
+    names: Mapping[str, tuple[str, ...]] = NO_NAMES,
     torques: Sequence[type[BodyTorque]] = (),
     sensors: Mapping[str, str] = _NONE,
 ) -> dict[str, Key]:

@@ -372,11 +372,9 @@ class Scenario:
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
         kinds = sensors.kinds(self.values)
-        modes, rods, thrusters = (
-            self[f'{group}.names'] for group in ('flexible', 'hysteresis', 'thruster')
-        )
+        names = {name: self[name] for name in NAMES_OF_EACH}
         topics, tick_s = self.equipment.topics, float(1 / self.rate)
-        return topics_with(self.torques, kinds, topics, modes, rods, thrusters, tick_s)
+        return topics_with(self.torques, kinds, topics, names, tick_s)
 
     @cached_property
     def equipment(self) -> Equipment:

@@ -5,8 +5,10 @@ From the one entry of a topic of the state follow the check of publish.topics, i
 columns in tables and its panel.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,12 +19,8 @@ from ..dynamics.system import System
 from ..dynamics.torque import own_force, own_torque
 from ..kernel import rotation
 from ..sensors import KINDS, Sensor
-from ..torques.aerodynamic import Aerodynamic
-from ..torques.body_torque import BodyTorque
+from ..torques import ENVIRONMENT_TORQUES, BodyTorque, EnvironmentTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
-from ..torques.hysteresis import Hysteresis
-from ..torques.magnetic import Magnetic
-from ..torques.solar import Solar
 from ..torques.thrust import Thrust, thrust_of
 
 
@@ -52,6 +50,10 @@ class Panel(NamedTuple):
     title: str
     unit: str
     lines: tuple[str, ...] = ()
+
+
+# By the keys of names: none.
+NO_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 
 
 def _nothing(system: System) -> str:
@@ -237,37 +239,28 @@ def _flexible(names: tuple[str, ...]) -> Topic:
     )
 
 
-def _hysteresis(names: tuple[str, ...]) -> Topic:
-    """Return the topic of the hysteresis rods of a scenario."""
+def _of_parts(kind: type[EnvironmentTorque], names: tuple[str, ...] = ()) -> Iterator[Topic]:
+    """Yield the topic of the parts, of some names, that a kind of torques has, if it has one."""
+    if kind.parts is None:
+        return
 
-    def rods(samples) -> Any:
-        return Hysteresis.among(samples.system.torques)
+    def shown(quantity):
+        def of(samples):
+            return quantity.of(*_acting(samples.system, kind), samples.states)
 
-    def flux_densities(samples):
-        return rods(samples).flux_densities(samples.states.inner)
+        return Shown(tuple(f'{name}_{quantity.column}' for name in names), of)
 
-    def fields(samples):
-        return rods(samples).fields(samples.states.magnetic_field_b)
-
-    return Topic(
-        'hysteresis',
+    yield Topic(
+        kind.parts.name,
         'sensor_msgs/msg/JointState',
         'state',
         'body',
-        'of hysteresis rods: the flux density in them as position [T] and the field along them as '
-        'effort [A/m]; with hysteresis.names',
-        (
-            Shown(tuple(f'{name}_flux_density_t' for name in names), flux_densities),
-            Shown(tuple(f'{name}_field_a_m' for name in names), fields),
-        ),
-        Panel('flux density in rods', 'T', names),
-        lambda system: (
-            ''
-            if Hysteresis.among(system.torques)
-            else 'no hysteresis rod acts; leave the topic out'
-        ),
+        kind.parts.says,
+        tuple(map(shown, kind.parts.quantities)),
+        Panel(kind.parts.title, kind.parts.unit, names),
+        _not_acting(kind),
         names,
-        ('position', 'effort'),
+        tuple(quantity.field for quantity in kind.parts.quantities),
     )
 
 
@@ -286,6 +279,13 @@ def _of_states(kind: type[BodyTorque]) -> Topic:
         tuple(kind.states),
         ('position',),
     )
+
+
+def _of_torque(kind: type[BodyTorque]) -> Iterator[Topic]:
+    """Yield the topics of a kind of torques: the torque, and its variables if it has any."""
+    yield _of_kind(kind)
+    if kind.states:
+        yield _of_states(kind)
 
 
 def _acted_on():
@@ -344,7 +344,7 @@ _TABLE = (
         lacking=_lvlh_lacking,
     ),
     _torque(GravityGradient.topic, GravityGradient.title, _gravity_gradient),
-    *map(_of_kind, dict.fromkeys((Magnetic, Aerodynamic, Solar, Hysteresis, *_acted_on()))),
+    *chain.from_iterable(map(_of_torque, dict.fromkeys((*ENVIRONMENT_TORQUES, *_acted_on())))),
     Topic(
         'magnetic_field',
         'sensor_msgs/msg/MagneticField',
@@ -409,7 +409,7 @@ _TABLE = (
         'of all rotors; arrays are empty where no rotor has such a value',
     ),
     _flexible(()),
-    _hysteresis(()),
+    *(topic for kind in ENVIRONMENT_TORQUES for topic in _of_parts(kind)),
     Topic(
         'thruster',
         'sensor_msgs/msg/JointState',
@@ -470,9 +470,7 @@ def topics_with(
     torques: Iterable[type[BodyTorque]],
     sensors: Mapping[str, type[Sensor]],
     commanded: Iterable[str] = (),
-    modes: tuple[str, ...] = (),
-    rods: tuple[str, ...] = (),
-    thrusters: tuple[str, ...] = (),
+    names: Mapping[str, tuple[str, ...]] = NO_NAMES,
     tick_s: float = 1.0,
 ) -> dict[str, Topic]:
     """
@@ -486,8 +484,8 @@ def topics_with(
         their kinds, by their names
     commanded : iterable of str
         the topics of the actuators
-    modes, rods, thrusters : tuple of str
-        their names
+    names : dict of tuples of str
+        of parts, by flexible.names and so on
     tick_s : s
         from tick to tick, over which the panel of the thrusters has the mean, as pulses may be
         shorter
@@ -497,10 +495,12 @@ def topics_with(
     ValueError
         a topic of a torque, or a sensor, has the name of another topic
     """
-    table = {**TOPICS, 'flexible': _flexible(modes), 'hysteresis': _hysteresis(rods)}
+    table = {**TOPICS, 'flexible': _flexible(names.get('flexible.names', ()))}
+    for each in ENVIRONMENT_TORQUES:
+        named = names.get(each.keys[0].name, ()) if each.of_each else ()
+        table |= {topic.name: topic for topic in _of_parts(each, named)}
     for kind in torques:
-        own = [_of_kind(kind), *([_of_states(kind)] if kind.states else [])]
-        for topic in own:
+        for topic in _of_torque(kind):
             if topic.name in table:
                 raise ValueError(
                     f'{topic.name} is the topic of the torque {kind.name} and of another'
@@ -515,7 +515,7 @@ def topics_with(
         if name != actuator.topic:
             table.pop(actuator.topic, None)
             table[name] = _of_actuator(name, actuator)
-    if thrusters:
+    if thrusters := names.get('thruster.names'):
         table['thruster'] = _with_mean_thrust(table['thruster'], thrusters, tick_s)
     return table
 

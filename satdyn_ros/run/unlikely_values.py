@@ -9,6 +9,7 @@ import math
 from collections.abc import Container, Iterator, Mapping
 from typing import Any
 
+from ..actuators import ACTUATORS
 from ..base.key import Key
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..base.sentences import written
@@ -174,6 +175,8 @@ def _orbit(values) -> Iterator[str]:
 
 def _environment(values) -> Iterator[str]:
     yield from environment.without_effect(values)
+    for kind in ACTUATORS.values():
+        yield from kind.without_effect(values)
     if values['environment.magnetic_field'] != 'none' and values['time.epoch_ns']:
         from ..environment import igrf_warning
 

@@ -1,6 +1,6 @@
 """The torque of the air on the plates of a body."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,9 +8,10 @@ import numpy as np
 from ..kernel.functions import exp, maximum
 from ..kernel.time_table import NO_TABLE, Table, interpolate, interpolate_vector
 from ..kernel.vector import add, cross, dot, scale, to_body
+from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
-from .body_torque import BodyTorque
-from .plates import Plate, along_normals
+from .environment_torque import EnvironmentTorque
+from .plates import Plate, along_normals, given_plates, plates_of
 
 
 class PlateInAir(NamedTuple):
@@ -29,7 +30,7 @@ class PlateInAir(NamedTuple):
     arm: tuple[float, ...]
 
 
-class Aerodynamic(BodyTorque):
+class Aerodynamic(EnvironmentTorque):
     """
     The torque of the air: p x F on each plate, F = -1/2 rho C_D A (n . w)+ w.
 
@@ -47,6 +48,8 @@ class Aerodynamic(BodyTorque):
     """
 
     name = 'aerodynamic'
+    needs = 'environment.atmosphere'
+    given = staticmethod(given_plates)
 
     class Constants(NamedTuple):
         """
@@ -75,6 +78,11 @@ class Aerodynamic(BodyTorque):
             self.Constants(in_air, NO_TABLE, NO_TABLE),
             {'velocity': velocity, 'log_density': log_density},
         )
+
+    @classmethod
+    def along(cls, values: Mapping[str, Any], environment: AlongOrbit) -> 'Aerodynamic':
+        """Return the torque on the plates of the surface."""
+        return cls(plates_of(values), environment.air_velocity, environment.log_density)
 
     @staticmethod
     def torque(

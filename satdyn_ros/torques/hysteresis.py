@@ -14,117 +14,21 @@ Flatley and Henretty, A magnetic hysteresis model, NASA GSFC flight mechanics sy
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.key import Key
 from ..kernel.functions import atan, exp, log, select
 from ..kernel.time_table import NO_TABLE, Table, interpolate_vector
 from ..kernel.vector import add, cross, dot, scale, to_body
+from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
-from .body_torque import BodyTorque
+from .environment_torque import EnvironmentTorque, PartQuantity, PartsTopic
+from .rods import KEYS_OF_A_ROD, ROD_NAMES, Rod, checks_of_rods, rods_of
 
 # The magnetic constant [N/A^2] (CODATA 2022): that of a library would change with its version.
 MU_0 = 1.25663706127e-6
-ROD_NAMES = Key(
-    'hysteresis.names',
-    'string_array',
-    (),
-    '',
-    'names of hysteresis rods, each described by hysteresis.NAME.axis and so on; with '
-    'environment.magnetic_field they damp the motion',
-    is_optional=True,
-)
-# Of a rod; they follow its name.
-KEYS_OF_A_ROD = (
-    Key(
-        'axis',
-        'double_array',
-        (1.0, 0.0, 0.0),
-        '',
-        'along the rod, body axes; only its direction counts',
-        lengths=(3,),
-    ),
-    Key('volume', 'double', 0.0, 'm^3', 'volume of the rod, or of all along this axis', low=0.0),
-    Key(
-        'coercive_force',
-        'double',
-        0.0,
-        'A/m',
-        'field at which its flux is zero, for the rod as it is cut; above 0',
-        low=0.0,
-    ),
-    Key(
-        'remanence',
-        'double',
-        0.0,
-        'T',
-        'flux density without a field, of the rod as it is cut; above 0, below saturation',
-        low=0.0,
-    ),
-    Key(
-        'saturation',
-        'double',
-        0.0,
-        'T',
-        'flux density in a very large field, of the rod as it is cut',
-        low=0.0,
-    ),
-    Key(
-        'minor_slope',
-        'double',
-        0.0,
-        '',
-        'slope at a reversal of the field inside the loop, relative to that of the loop there',
-        low=0.0,
-        high=1.0,
-    ),
-    Key(
-        'exponent',
-        'double',
-        2.0,
-        '',
-        'how the slope grows towards the loop',
-        above=0.0,
-        high=100.0,
-    ),
-)
-
-
-class Rod(NamedTuple):
-    """
-    A rod; its field and flux densities are apparent values, for the rod as it is cut.
-
-    Attributes
-    ----------
-    name : str
-        of the rod
-    axis : (3,), body axes
-        unit vector
-    volume : m^3
-        V
-    coercive_force : A/m
-        Hc
-    remanence : T
-        Br
-    saturation : T
-        Bs
-    minor_slope : float
-        q0
-    exponent : float
-        p
-    """
-
-    name: str
-    axis: Sequence[float]
-    volume: float
-    coercive_force: float
-    remanence: float
-    saturation: float
-    minor_slope: float = 0.0
-    exponent: float = 2.0
 
 
 class RodConstants(NamedTuple):
@@ -176,7 +80,7 @@ class RodConstants(NamedTuple):
         )
 
 
-class Hysteresis(BodyTorque):
+class Hysteresis(EnvironmentTorque):
     """
     The torque (V / mu_0) b a x B of hysteresis rods in the field B along the orbit.
 
@@ -195,6 +99,29 @@ class Hysteresis(BodyTorque):
 
     name = 'hysteresis'
     title = 'torque of hysteresis rods'
+    needs = 'environment.magnetic_field'
+    keys = (ROD_NAMES,)
+    of_each = KEYS_OF_A_ROD
+    checks = staticmethod(checks_of_rods)
+    parts = PartsTopic(
+        'hysteresis',
+        'of hysteresis rods: the flux density in them as position [T] and the field along them as '
+        'effort [A/m]; with hysteresis.names',
+        'flux density in rods',
+        'T',
+        (
+            PartQuantity(
+                'position',
+                'flux_density_t',
+                lambda torque, states: torque.flux_densities(states.inner),
+            ),
+            PartQuantity(
+                'effort',
+                'field_a_m',
+                lambda torque, states: torque.fields(states.magnetic_field_b),
+            ),
+        ),
+    )
 
     class Constants(NamedTuple):
         """field: B along the orbit [T], inertial axes, and its derivative [T/s]."""
@@ -206,6 +133,11 @@ class Hysteresis(BodyTorque):
         constants = self.Constants(tuple(map(RodConstants.of, rods)), NO_TABLE)
         super().__init__(constants, {'field': field})
         self.states = tuple(rod.name for rod in rods)
+
+    @classmethod
+    def along(cls, values: Mapping[str, Any], environment: AlongOrbit) -> 'Hysteresis':
+        """Return the torque of the rods that a scenario describes."""
+        return cls(rods_of(values), environment.magnetic_field_and_rate)
 
     @staticmethod
     def initial(

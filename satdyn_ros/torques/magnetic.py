@@ -1,6 +1,6 @@
 """The torque of the Earth's magnetic field on the body's dipole."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import add
 from typing import Any, NamedTuple
 
@@ -9,11 +9,13 @@ import numpy as np
 from ..base.key import Key
 from ..kernel.time_table import NO_TABLE, Table, interpolate_vector
 from ..kernel.vector import cross, to_body
+from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from .body_torque import BodyTorque
+from .environment_torque import EnvironmentTorque
 
 
-class Magnetic(BodyTorque):
+class Magnetic(EnvironmentTorque):
     """
     The torque m x B in the field B along the orbit.
 
@@ -31,6 +33,7 @@ class Magnetic(BodyTorque):
     """
 
     name = 'magnetic'
+    needs = 'environment.magnetic_field'
     keys = (
         Key(
             'body.dipole',
@@ -67,6 +70,11 @@ class Magnetic(BodyTorque):
         dipole = tuple(map(add, residual, commanded))
         super().__init__(self.Constants(dipole, NO_TABLE), {'field': field})
         self._residual, self._field, self.of_torquers = residual, field, tuple(commanded)
+
+    @classmethod
+    def along(cls, values: Mapping[str, Any], environment: AlongOrbit) -> 'Magnetic':
+        """Return the torque on the residual dipole."""
+        return cls(values['body.dipole'], environment.magnetic_field)
 
     @classmethod
     def of_many(cls, torques: Sequence['Magnetic']) -> 'Magnetic':

@@ -1,6 +1,7 @@
 """Flat plates: they make up the surface of a body for air and sunlight."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -9,16 +10,6 @@ import numpy as np
 from ..base.key import Key
 from ..kernel.vector import Vector, dot
 
-PLATE_NAMES = Key(
-    'surface.names',
-    'string_array',
-    (),
-    '',
-    'names of flat plates, each described by surface.NAME.area and so on; coefficients '
-    'without a name are those of the sides of body.box, and of the plates that have none '
-    'of their own',
-    is_optional=True,
-)
 # What is the same of a plate and of all sides of the box.
 COEFFICIENTS = (
     Key('drag_coefficient', 'double', 2.2, '', 'C_D in the flow of the air', low=0.0),
@@ -35,6 +26,7 @@ KEYS_OF_A_PLATE = (
         '',
         'outward normal of the plate, body axes; only its direction counts',
         lengths=(3,),
+        is_direction=True,
     ),
     Key(
         'position',
@@ -46,8 +38,8 @@ KEYS_OF_A_PLATE = (
     ),
     *COEFFICIENTS,
 )
-# Of the box.
-KEYS_OF_A_BOX = (
+# Of the surface as a whole; coefficients without a name are also the defaults of plates.
+KEYS_OF_THE_SURFACE = (
     Key(
         'body.box',
         'double_array',
@@ -67,6 +59,17 @@ KEYS_OF_A_BOX = (
         lengths=(3,),
         is_optional=True,
     ),
+    Key(
+        'surface.names',
+        'string_array',
+        (),
+        '',
+        'names of flat plates, each described by surface.NAME.area and so on; coefficients '
+        'without a name are those of the sides of body.box, and of the plates that have none '
+        'of their own',
+        is_optional=True,
+    ),
+    *(replace(key, name=f'surface.{key.name}', is_optional=True) for key in COEFFICIENTS),
 )
 
 
@@ -121,3 +124,21 @@ def box(edges: Sequence[float], centre: Sequence[float], *coefficients: float) -
         position = np.asarray(centre) + 0.5 * np.asarray(edges) * normal
         plates.append(Plate(area, tuple(normal), tuple(position), *coefficients))
     return plates
+
+
+def plates_of(values: Mapping[str, Any]) -> list[Plate]:
+    """Return the plates that a scenario describes, the sides of its box first."""
+    found = []
+    if np.any(values['body.box']):
+        coefficients = (values[f'surface.{key.name}'] for key in COEFFICIENTS)
+        found = box(values['body.box'], values['body.box_centre'], *coefficients)
+    for name in values['surface.names']:
+        found.append(Plate(*(values[f'surface.{name}.{key.name}'] for key in KEYS_OF_A_PLATE)))
+    return [plate for plate in found if plate.area]
+
+
+def given_plates(values: Mapping[str, Any]) -> list[str]:
+    """Return the key by which a scenario describes plates; none: it has no plates."""
+    if not plates_of(values):
+        return []
+    return ['body.box' if any(values['body.box']) else 'surface.names']

@@ -1,6 +1,6 @@
 """The torque of sunlight on the plates of a body."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,9 +9,10 @@ from ..environment.sun import AU_M, lit_part
 from ..kernel.functions import divide, maximum, sqrt
 from ..kernel.time_table import NO_TABLE, Table, interpolate_vector
 from ..kernel.vector import add, cross, dot, scale, subtract, to_body
+from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
-from .body_torque import BodyTorque
-from .plates import Plate, along_normals
+from .environment_torque import EnvironmentTorque
+from .plates import Plate, along_normals, given_plates, plates_of
 
 # Of sunlight at 1 au: 1361 W/m^2 over the speed of light.
 PRESSURE_PA = 1361.0 / 299_792_458.0
@@ -39,7 +40,7 @@ class PlateInLight(NamedTuple):
     scattered: tuple[float, ...]
 
 
-class Solar(BodyTorque):
+class Solar(EnvironmentTorque):
     """
     The torque of sunlight: p x F on each plate.
 
@@ -49,6 +50,8 @@ class Solar(BodyTorque):
     """
 
     name = 'solar'
+    needs = 'environment.sun'
+    given = staticmethod(given_plates)
 
     class Constants(NamedTuple):
         """plates; sun [m]: the position of the Sun from the Earth's centre, inertial axes."""
@@ -58,6 +61,11 @@ class Solar(BodyTorque):
 
     def __init__(self, plates: Iterable[Plate], sun: Pieces):
         super().__init__(self.Constants(tuple(map(_in_light, plates)), NO_TABLE), {'sun': sun})
+
+    @classmethod
+    def along(cls, values: Mapping[str, Any], environment: AlongOrbit) -> 'Solar':
+        """Return the torque on the plates of the surface."""
+        return cls(plates_of(values), environment.sun)
 
     @staticmethod
     def torque(

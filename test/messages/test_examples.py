@@ -55,7 +55,8 @@ def test_a_topic_example_is_a_message_of_its_type(path):
 )
 def test_an_example_says_what_the_node_says(name):
     """Frames, names, lengths and which fields are not zero are those of a real message."""
-    topic = topics_with((), {}, modes=('bending', 'fuel'), rods=('rods_x', 'rods_y'))[name]
+    names = {'flexible.names': ('bending', 'fuel'), 'hysteresis.names': ('rods_x', 'rods_y')}
+    topic = topics_with((), {}, names=names)[name]
     name_of_flight = 'ellipse, motor'
     if topic.lacking(SYSTEMS[name_of_flight]):
         name_of_flight = 'above the Earth'

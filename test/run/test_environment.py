@@ -18,13 +18,13 @@ from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection
 from satdyn_ros.orbits.pieces import Pieces, Stretch
-from satdyn_ros.run import environment
 from satdyn_ros.run.describe import describe
 from satdyn_ros.run.events import from_yaml_text
 from satdyn_ros.run.parameter_file import flattened
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.torques.magnetic import Magnetic
+from satdyn_ros.torques.plates import plates_of
 
 CASES = {case['name']: case for case in truth.cases('gravity_gradient')}
 FLOWN = (
@@ -171,7 +171,7 @@ SURFACE = {'surface.drag_coefficient': 2.6, 'surface.specular': 0.25, 'surface.d
 
 def coefficients(scenario):
     """Return those of the plates of a scenario as they fly."""
-    return [plate[-3:] for plate in environment.plates(scenario.values)]
+    return [plate[-3:] for plate in plates_of(scenario.values)]
 
 
 def test_a_plate_has_the_coefficients_of_the_surface_that_it_does_not_give():

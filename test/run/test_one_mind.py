@@ -16,11 +16,12 @@ from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import ORBIT_TYPES
 from satdyn_ros.orbits.kepler import EARTH_MU
-from satdyn_ros.run import checks, environment, modes, orbits, rods, rotors, sensors
+from satdyn_ros.run import checks, environment, modes, orbits, rotors, sensors
 from satdyn_ros.run.in_place import OF_ATTITUDE
 from satdyn_ros.run.keys import KEYS, NAMES_OF_EACH, keys_of
 from satdyn_ros.run.many import many
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.torques.rods import checks_of_rods
 
 RUNS = 12
 BASES: dict[str, dict[str, Any]] = {
@@ -306,7 +307,7 @@ DRAWS = {
     checks.body: body,
     rotors.checks: of_rotors,
     modes.checks: of_modes,
-    rods.checks: of_rods,
+    environment.checks_of_torques: of_rods,
     checks.ticks: ticks,
     checks.frame: frame,
     checks.turns_a_tick: turns,
@@ -323,7 +324,11 @@ def test_one_and_many_are_refused_alike(check):
     draw = np.random.default_rng(1)
     found = [error for _ in range(16) for error in judged(*DRAWS[check](draw))]
     assert None in found
-    of_others = {checks.body: inertia.checks, orbits.checks: ORBIT_TYPES['oem'].checks}
+    of_others = {
+        checks.body: inertia.checks,
+        orbits.checks: ORBIT_TYPES['oem'].checks,
+        environment.checks_of_torques: checks_of_rods,
+    }
     function = of_others.get(check, check)
     ends = [list(traceback.walk_tb(error.__traceback__))[-1] for error in found if error]
     said = {line for frame, line in ends if frame.f_code is function.__code__}

@@ -1,0 +1,71 @@
+"""What a torque is that comes with the environment: one class, from which all else follows."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ..base.key import Key
+from ..base.sentences import Checks
+from ..orbits.along_orbit import AlongOrbit
+from .body_torque import BodyTorque
+
+
+class PartQuantity(NamedTuple):
+    """
+    A quantity of each part of a torque.
+
+    field: of sensor_msgs/JointState, which has it.  column: the end of its columns in tables.
+    of(torque, states): its values, (N, parts).
+    """
+
+    field: str
+    column: str
+    of: Callable[[Any, Any], np.ndarray]
+
+
+class PartsTopic(NamedTuple):
+    """
+    The topic of the parts of a torque that have names.
+
+    says: its content in words, with units.  title, unit: of its panel, which has the first of the
+    quantities.
+    """
+
+    name: str
+    says: str
+    title: str
+    unit: str
+    quantities: tuple[PartQuantity, ...]
+
+
+class EnvironmentTorque(BodyTorque):
+    """
+    A torque that comes with the environment; each kind is a subclass in a file of its own.
+
+    needs: the key of the model without which there is none, such as environment.sun.  of_each:
+    where the first of its keys gives names, the keys that describe each of them, by their last
+    words.  parts: the topic of what has these names.
+
+    values: every key of a scenario by its dotted name, each allowed by itself; of many scenarios
+    as arrays where they differ.
+    """
+
+    needs: ClassVar[str]
+    of_each: ClassVar[tuple[Key, ...]] = ()
+    parts: ClassVar[PartsTopic | None] = None
+
+    @classmethod
+    def along(cls, values: Mapping[str, Any], environment: AlongOrbit) -> BodyTorque:
+        """Return the torque of a scenario's values in the environment along its orbit."""
+        raise NotImplementedError
+
+    @classmethod
+    def given(cls, values: Mapping[str, Any]) -> list[str]:
+        """Return the keys by which a scenario describes what the torque acts on; none: nothing."""
+        return [key.name for key in cls.keys if values[key.name] != key.default]
+
+    @classmethod
+    def checks(cls, values: Mapping[str, Any]) -> Checks:
+        """Check what values may not be together."""
+        yield from ()

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from satdyn_ros.actuators import ACTUATORS
+from satdyn_ros.dynamics.mode_kinds import MODE_KINDS
 from satdyn_ros.torques import ENVIRONMENT_TORQUES
 
 PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
@@ -91,15 +92,29 @@ def test_no_other_room_names_a_torque_of_the_environment():
     """What flies, is checked and is shown goes over the list of the kinds."""
     names = {kind.__name__ for kind in ENVIRONMENT_TORQUES}
     assert len(names) >= 4
+    keys = {key.name for kind in ENVIRONMENT_TORQUES for key in kind.keys}
+    keys |= {f'{key.partition(".")[0]}.' for key in keys if key.endswith('.names')}
     found = set()
     for path in PACKAGE.rglob('*.py'):
         tree = ast.parse(path.read_text())
         imported = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
         if names & {alias.name for node in imported for alias in node.names}:
             found.add(path.relative_to(PACKAGE))
-    # What commands its dipole, and what draws its rods.
-    allowed = {Path('actuators/magnetorquers.py'), Path('report/hysteresis_loops.py')}
+        texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+        if any(str(text).startswith(tuple(keys)) for text in texts):
+            found.add(path.relative_to(PACKAGE))
+    # What commands its dipole, what draws its rods, and scenarios, which are data.
+    of_kinds = 'actuators/magnetorquers.py', 'report/hysteresis_loops.py', 'gym/tasks.py'
+    allowed = {Path(name) for name in of_kinds}
     assert {path for path in found if path.parts[0] != 'torques'} == allowed
+
+
+def test_no_module_names_a_kind_of_modes():
+    """Equations, integrals, keys and topics go over what the modes are made of."""
+    files = {kind.__module__ for kind in MODE_KINDS}
+    assert 'satdyn_ros.dynamics.flexible' in files
+    importing = [path for path in PACKAGE.rglob('*.py') if files & {*own_imports(path)}]
+    assert importing == []
 
 
 def test_an_orbit_is_asked_and_not_known_by_its_type():

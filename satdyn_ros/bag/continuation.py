@@ -12,23 +12,23 @@ from ..dynamics.system import State
 from ..exchange.aem_reader import attitude_at
 from ..kernel import rotation
 from ..run.events import Timeout
+from ..run.keys import NAMES_OF_EACH
 from ..run.rules import EVENTS_FOLLOW
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
 from ..sensors import Suite
+from ..torques import ENVIRONMENT_TORQUES
 from .read_run import RecordedRun
 from .run_recorder import BLOCK_TICKS
 
 # What a motion follows from, besides its state.
 _OF_MOTION = (
     'body.',
-    'surface.',
-    'rotor.',
-    'flexible.',
-    'hysteresis.',
     'orbit.',
     'environment.',
     'motion.',
+    *(f'{name.partition(".")[0]}.' for name in NAMES_OF_EACH),
+    *(key.name for kind in ENVIRONMENT_TORQUES for key in kind.keys),
     *(key.name for kind in ACTUATORS.values() for key in kind.keys),
 )
 

@@ -12,7 +12,6 @@ from ..orbits.pieces import Pieces
 from ..torques.applied import Applied
 from ..torques.gravity_gradient import GravityGradient
 from ..torques.weight import Weight
-from .flexible import Mode
 from .rotor import Rotor
 from .system import System
 
@@ -58,14 +57,6 @@ class Imbalance(NamedTuple):
     across: Triple
 
 
-class ModeConstants(NamedTuple):
-    """The constants of a flexible mode; stiffness [1/s^2]: W^2, damping [1/s]: 2 z W."""
-
-    coupling: Triple
-    stiffness: float
-    damping: float
-
-
 class EventFunction(NamedTuple):
     """
     What of a rotor ends a step, see drives.py: its speed [rad/s] or, where held, p' [N m].
@@ -107,10 +98,10 @@ class Constants(NamedTuple):
 
     rotors: those that turn.  events: the event functions of their drives, where one has a torque
     that depends on its speed, coulomb: their dry friction, imbalances: theirs, where one has any;
-    else none.  modes: the flexible ones.  table: of the orbit, where it is known as one, in place
-    of all that says where it is; else none.  torques: the constants of each, whose type says which
-    torque it is: of the weight, the gravity gradient and the applied torque, then those of the
-    system.
+    else none.  modes: the constants of each, as its kind has them.  table: of the orbit, where it
+    is known as one, in place of all that says where it is; else none.  torques: the constants of
+    each, whose type says which torque it is: of the weight, the gravity gradient and the applied
+    torque, then those of the system.
     """
 
     start_s: float
@@ -136,7 +127,7 @@ class Constants(NamedTuple):
     events: tuple[EventFunction, ...]
     coulomb: tuple[CoulombFriction, ...]
     imbalances: tuple[Imbalance, ...]
-    modes: tuple[ModeConstants, ...]
+    modes: tuple[Any, ...]
     table: tuple[OrbitTable, ...]
     torques: tuple[Any, ...]
 
@@ -290,7 +281,8 @@ def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.nd
     constants = constants._replace(outward=outward, ahead=ahead)
     inertia = np.eye(3) if _are_diagonal(constants) else np.eye(3) + 0.1
     rotors = (Rotor('free', inertia=0.1),) * len(constants.rotors)
-    modes = (Mode('one'),) * len(constants.modes)
+    kinds: list[Any] = [type(mode) for mode in system.modes]
+    modes = tuple(kind(name='one') for kind in kinds)
     one = constants_of(System(inertia, rotors, modes=modes))._replace(
         does_work=bool(constants.does_work), integrates_anomaly=constants.integrates_anomaly
     )
@@ -344,14 +336,7 @@ def _constants(system):
         events=(),
         coulomb=_coulomb_of(system),
         imbalances=_imbalances_of(system),
-        modes=tuple(
-            ModeConstants(
-                coupling=mode.coupling,
-                stiffness=mode.frequency * mode.frequency,
-                damping=2.0 * mode.damping * mode.frequency,
-            )
-            for mode in system.modes
-        ),
+        modes=tuple(mode.constants for mode in system.modes),
         table=(),
         torques=(
             Weight.Constants(system.weight_moment),

@@ -6,13 +6,13 @@ The equations of motion of a gyrostat in a Newtonian field, as on the textbook p
                + torque - sum p' a
     p' = tau - b s - C tanh(s / s_c),   s = p / J - a . omega          for every turning rotor
     p' = J a . omega'                                        of one that is held (drives.py)
-    pi' = -W^2 eta - 2 z W eta',   eta' = pi - d . omega     for every flexible mode
+    pi' = -k(eta) - b(eta'),   eta' = pi - d . omega         for every mode of a part inside
 
 I is the inertia, K that of what turns with the body (carrier_inertia of system.py), p, a, tau, b,
 C, s and J are the momentum, axis, motor torque, friction, speed and inertia of a rotor with a
 speed of its own (rotor.py), h is the momentum of those of constant momentum, c the unit vector
-from the attracting centre and m the weight moment.  A mode (flexible.py) adds pi d to the momentum
-and -pi' d to the torque, as a rotor does p a and -p' a.
+from the attracting centre and m the weight moment.  A mode (inner_mode.py) with its spring k and
+its friction b adds pi d to the momentum and -pi' d to the torque, as a rotor does p a and -p' a.
 
 q is the attitude in axes that coincide with the inertial ones at the start and turn with a
 circular orbit, at the rate Omega about its normal; in them c stays where it is.  On an ellipse
@@ -24,8 +24,8 @@ where v is the rate at which c turns.  On an ellipse f is the true anomaly, f' =
 f = 0; a fixed direction has v = 0 too.  Where the orbit is a table, c, t, v and r' / r come from
 the tabled r and r'.  Two quadratures go with them: each rotor's angle, and the
 work W by which the energy omega . K omega / 2 + V + m . c changes, V = (3 mu / 2 r^3) c . I c:
-that of the applied torques and of the rotors, of the damping of modes (whose energy pi^2 / 2 +
-W^2 eta^2 / 2 counts), and with t = -sin f P + cos f Q, the unit vector
+that of the applied torques and of the rotors, of the friction of modes (whose energy pi^2 / 2 and
+that of whose springs count), and with t = -sin f P + cos f Q, the unit vector
 along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
@@ -78,7 +78,7 @@ def modal_rates(y: Vector, constants: Constants) -> list[Any]:
 def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
     """Return dy/dt of the variables y, both tuples of the same size; t_s: from tick 0."""
     parts, rotors = Variables.of(constants), constants.rotors
-    q, omega, p, angles = y[parts.attitude], y[parts.rate], y[parts.momenta], y[parts.angles]
+    q, omega = y[parts.attitude], y[parts.rate]
     c_i, t_i, gradient, v, growth_rate = seen_centre(t_s, y, constants)
     c = to_body(q, c_i)
 
@@ -86,29 +86,9 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
     seen = seen_by_torques(t_s, y, constants)
     applied = sum_of_torques(constants.torques, seen)
-    p_dot = []
-    for i, rotor in enumerate(rotors):
-        H = add(H, scale(p[i], rotor.axis))
-        friction = rotor.friction * s[i]
-        if constants.coulomb:
-            dry = constants.coulomb[i]
-            friction = friction + dry.torque * tanh(dry.per_speed * s[i])
-        applied = add(applied, scale(friction, rotor.axis))
-        p_dot.append(rotor.torque - friction)
-    for imbalance, s_i, angle in zip(constants.imbalances, s, angles, strict=False):
-        turning = add(scale(cos(angle), imbalance.along), scale(sin(angle), imbalance.across))
-        applied = add(applied, scale(s_i * s_i, turning))
-    eta_dot, pi_dot, on_body, damped = modal_rates(y, constants), [], applied, 0.0
-    modal = zip(
-        constants.modes, y[parts.modal_momenta], y[parts.displacements], eta_dot, strict=True
-    )
-    for mode, pi, eta, rate in modal:
-        H = add(H, scale(pi, mode.coupling))
-        friction = mode.damping * rate
-        force = mode.stiffness * eta + friction
-        on_body = add(on_body, scale(force, mode.coupling))
-        pi_dot.append(-force)
-        damped = damped + friction * rate
+    H, applied, p_dot = _with_rotors(H, applied, s, y, constants)
+    eta_dot = modal_rates(y, constants)
+    H, on_body, pi_dot, damped = _with_modes(H, applied, eta_dot, y, constants)
     field = sum_of_fields(constants.torques, c, gradient)
     torque = add(add(on_body, cross(H, omega)), cross(c, field))
     omega_dot = apply(constants.carrier_inverse, torque)
@@ -139,6 +119,37 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
         work=(power,),
         anomaly=anomaly_dot,
     )
+
+
+def _with_rotors(H, torque, s, y, constants):
+    """Return H and the torque on the body with those of the rotors, and p' of each, not held."""
+    parts, rotors, p_dot = Variables.of(constants), constants.rotors, []
+    for i, (rotor, p) in enumerate(zip(rotors, y[parts.momenta], strict=True)):
+        H = add(H, scale(p, rotor.axis))
+        friction = rotor.friction * s[i]
+        if constants.coulomb:
+            dry = constants.coulomb[i]
+            friction = friction + dry.torque * tanh(dry.per_speed * s[i])
+        torque = add(torque, scale(friction, rotor.axis))
+        p_dot.append(rotor.torque - friction)
+    for imbalance, s_i, angle in zip(constants.imbalances, s, y[parts.angles], strict=False):
+        turning = add(scale(cos(angle), imbalance.along), scale(sin(angle), imbalance.across))
+        torque = add(torque, scale(s_i * s_i, turning))
+    return H, torque, p_dot
+
+
+def _with_modes(H, torque, eta_dot, y, constants):
+    """Return H and the torque on the body with those of the modes, pi' of each, and the losses."""
+    parts, pi_dot, losses = Variables.of(constants), [], 0.0
+    both = zip(y[parts.modal_momenta], y[parts.displacements], strict=True)
+    for mode, (pi, eta), rate in zip(constants.modes, both, eta_dot, strict=True):
+        H = add(H, scale(pi, mode.coupling))
+        friction = mode.friction(rate)
+        force = mode.spring(eta) + friction
+        torque = add(torque, scale(force, mode.coupling))
+        pi_dot.append(-force)
+        losses = losses + friction * rate
+    return H, torque, pi_dot, losses
 
 
 def cos_and_sin_of_anomaly(y: Vector, constants: Constants) -> Vector:

@@ -1,78 +1,46 @@
 """
 Flexible parts by their modes, in hybrid coordinates: panels, antennas, booms, and fuel.
 
-With the modal coordinate eta, the coupling d and the frequency W of the body held against
-rotation, the kinetic energy is (omega . I omega) / 2 + sum (omega . d) eta' + sum eta'^2 / 2 and
-the potential energy sum W^2 eta^2 / 2.  The momentum pi = eta' + d . omega is integrated, as that
-of a rotor is:
-
-    pi' = -W^2 eta - 2 z W eta',    eta' = pi - d . omega
-
-The body then moves as one with the inertia I - sum d d^T and the momentum sum pi d.  A rotor is
-the mode without a spring, with d = sqrt(J) a.  Linear in eta: changes of the inertia and
-centrifugal stiffening are left out, and so is what thrusters and gravity do to eta.
+With the frequency W of the body held against rotation and the damping ratio z, the potential
+energy is sum W^2 eta^2 / 2, the spring W^2 eta and the friction 2 z W eta' (inner_mode.py).
 
 Likins, Dynamics and Control of Flexible Space Vehicles, JPL 32-1329, 1970.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.key import Key
-from ..kernel.rows import dot
-
-MODE_NAMES = Key(
-    'flexible.names',
-    'string_array',
-    (),
-    '',
-    'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
-    'so on; body.inertia includes them, locked',
-    is_optional=True,
-)
-# Of a mode; they follow its name.
-KEYS_OF_A_MODE = (
-    Key(
-        'frequency',
-        'double',
-        0.0,
-        'rad/s',
-        'natural frequency, with the body held against rotation and free to translate; above 0',
-        low=0.0,
-        trade='rev/s',
-    ),
-    Key('damping', 'double', 0.0, '', 'damping ratio, relative to critical damping', low=0.0),
-    Key(
-        'coupling',
-        'double_array',
-        (0.0, 0.0, 0.0),
-        'sqrt(kg) m',
-        'rotational participation about the mass centre, body axes',
-        lengths=(3,),
-    ),
-    Key('displacement', 'double', 0.0, 'sqrt(kg) m', 'initial modal displacement'),
-    Key('rate', 'double', 0.0, 'sqrt(kg) m/s', 'initial rate of the modal displacement'),
-)
-
-_UNITS = {'displacement': 'sqrt_kg_m', 'rate': 'sqrt_kg_m_s'}
+from ..base.sentences import Checks
+from ..kernel.functions import sqrt
+from .inner_mode import InnerMode
 
 
-def column_of(inner: str) -> str:
-    """
-    Return the column of tables for an inner coordinate.
+class ModeConstants(NamedTuple):
+    """The constants of a flexible mode; stiffness [1/s^2]: W^2, damping [1/s]: 2 z W."""
 
-    >>> column_of('flexible.panel.rate')
-    'panel_rate_sqrt_kg_m_s'
-    """
-    if not inner.startswith('flexible.'):
-        return inner.replace('.', '_')
-    _, name, leaf = inner.split('.')
-    return f'{name}_{leaf}_{_UNITS[leaf]}'
+    coupling: Any
+    stiffness: float
+    damping: float
+
+    def spring(self, eta: Any) -> Any:
+        """Return W^2 eta."""
+        return self.stiffness * eta
+
+    def friction(self, rate: Any) -> Any:
+        """Return 2 z W eta'."""
+        return self.damping * rate
+
+    def frequency(self) -> Any:
+        """Return W."""
+        return sqrt(self.stiffness)
 
 
 @dataclass(frozen=True, eq=False)
-class Mode:
+class Mode(InnerMode):
     """
     A mode of a flexible part.
 
@@ -80,26 +48,52 @@ class Mode:
     the ratio z; coupling [sqrt(kg) m] (3,): d, body axes.
     """
 
+    names = Key(
+        'flexible.names',
+        'string_array',
+        (),
+        '',
+        'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
+        'so on; body.inertia includes them, locked',
+    )
+    keys = (
+        Key(
+            'frequency',
+            'double',
+            0.0,
+            'rad/s',
+            'natural frequency, with the body held against rotation and free to translate; above '
+            '0',
+            low=0.0,
+            trade='rev/s',
+        ),
+        Key('damping', 'double', 0.0, '', 'damping ratio, relative to critical damping', low=0.0),
+    )
+    says = 'the modes of flexible parts'
+
     name: str
     frequency: float = 1.0
     damping: float = 0.0
     coupling: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
-    def displacement_name(self) -> str:
-        """Return the name of eta [sqrt(kg) m] among the inner coordinates."""
-        return f'flexible.{self.name}.displacement'
-
-    @property
-    def rate_name(self) -> str:
-        """Return the name of eta' [sqrt(kg) m/s] among the inner coordinates."""
-        return f'flexible.{self.name}.rate'
+    def constants(self) -> ModeConstants:
+        """The constants in the equations."""
+        W = self.frequency
+        return ModeConstants(self.coupling, W * W, 2.0 * self.damping * W)
 
     @property
     def is_damped(self) -> bool:
         """Whether its motion loses energy."""
         return bool(np.count_nonzero(self.damping))
 
-    def along(self, omega_bi_b: np.ndarray) -> np.ndarray:
-        """Return d . omega of body rates (..., 3), which pi has beside eta'."""
-        return dot(np.asarray(omega_bi_b, float), self.coupling)
+    def stretch(self, eta: Any) -> Any:
+        """Return W eta."""
+        return self.frequency * eta
+
+    @classmethod
+    def checks(cls, values: Mapping[str, Any]) -> Checks:
+        """Check that modes swing."""
+        for name in (f'{cls.group()}.{name}.frequency' for name in values[cls.names.name]):
+            if (yield np.asarray(values[name]) == 0.0):
+                raise ValueError(f'{name} is 0; it must be above 0 rad/s')

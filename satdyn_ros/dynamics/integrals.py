@@ -1,11 +1,11 @@
 """
 The first integrals of every system: what a motion conserves, and by how much it fails to.
 
-With K the carrier inertia, H = K omega + sum p a + sum pi d, T = (omega . K omega + sum pi^2 +
-sum W^2 eta^2) / 2 (rotors and flexible modes as in equations.py), c the unit vector from the
-attracting centre, m the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate (other
-torques, which have potentials in the axes that are used, add those to energy and jacobi, and leave
-no more than these and the momenta of rotors):
+With K the carrier inertia, H = K omega + sum p a + sum pi d, T = (omega . K omega + sum pi^2) / 2
+and the energy of the springs of modes (rotors and modes as in equations.py), c the unit vector
+from the attracting centre, m the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate
+(other torques, which have potentials in the axes that are used, add those to energy and jacobi,
+and leave no more than these and the momenta of rotors):
 
     energy          T + V + m . c                                         fixed direction
     area            H . c                                                 fixed direction
@@ -147,7 +147,7 @@ def applied_torque(system: System) -> np.ndarray:
 
 class _Parts(NamedTuple):
     """
-    What the terms are made of: p (N,) of each rotor, pi and W eta (N,) of each mode.
+    What the terms are made of: p (N,) of each rotor, pi and the stretch (N,) of each mode.
 
     The others are as of forms_of_components, and kinetic includes what the modes have.
     """
@@ -170,7 +170,7 @@ class _Parts(NamedTuple):
         modal = [
             (
                 states.inner[mode.rate_name] + mode.along(omega),
-                mode.frequency * states.inner[mode.displacement_name],
+                mode.stretch(states.inner[mode.displacement_name]),
             )
             for mode in system.modes
         ]

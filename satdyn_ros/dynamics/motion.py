@@ -15,7 +15,7 @@ from ..kernel import rotation
 from ..orbits import Orbit
 from ..orbits.along_orbit import AlongOrbit
 from ..torques.magnetic import torquer_dipole
-from .flexible import column_of
+from .inner_mode import column_of
 from .system import State, System
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from ..orbits import FixedDirection, Orbit
 from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
-from .flexible import Mode
+from .inner_mode import InnerMode
 from .rotor import Rotor
 
 _ZERO, _NAN = np.zeros(3), np.full((), np.nan)
@@ -74,7 +74,7 @@ class System:
     rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
     sees_pairs: bool = True
     cuts_first: bool = True
-    modes: tuple[Mode, ...] = ()
+    modes: tuple[InnerMode, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ('rotor_torque', 'rotor_target'):
@@ -94,7 +94,7 @@ class System:
             moments = ', '.join(f'{x:g}' for x in np.linalg.eigvalsh(self.inertia))
             body = f'moments [{moments}] kg m^2'
         rotors = [f'{rotor.label} {rotor.mode}' for rotor in self.rotors if rotor.mode != 'none']
-        modes = [f'{mode.name} flexible' for mode in self.modes]
+        modes = [f'{mode.name} {mode.group()}' for mode in self.modes]
         driven = ', driven' if self.is_driven else ''
         return f'<System: {", ".join([body, *rotors, *modes])}{driven}, {self.orbit}>'
 
@@ -174,7 +174,7 @@ class System:
         Return the inertia K (3, 3) that turns with the rate omega [kg m^2].
 
         That of the whole body less J a a^T for each rotor with a speed of its own (see rotor.py)
-        and d d^T for each flexible mode (see flexible.py).
+        and d d^T for each mode of a part inside (see inner_mode.py).
         """
         K = self.inertia
         for _, rotor in self.turning_rotors:

@@ -5,7 +5,7 @@ The variables of the integration: named parts, one behind the other.
     rate             omega_bi_b (3)
     momenta          p of every turning rotor
     angles           the angle of each
-    modal_momenta    pi of every flexible mode
+    modal_momenta    pi of every mode
     displacements    eta of each
     of_torques       what torques have of their own
     work             what the energy changes by

@@ -104,7 +104,7 @@ def _per_displacement(y_0, y, rate, constants):
     ends = zip(y_0[parts.displacements], y[parts.displacements], strict=True)
     found = []
     for mode, (swing_0, swing), (eta_0, eta) in zip(constants.modes, both, ends, strict=True):
-        frequency = sqrt(mode.stiffness)
+        frequency = mode.frequency()
         bend = sqrt(dot(mode.coupling, mode.coupling)) * rate
         size = frequency * (abs(eta_0) + abs(eta)) + abs(swing_0) + abs(swing) + bend + TINY
         found.append((divide(frequency, size), divide(1.0, size)))

@@ -205,6 +205,7 @@ ALL_CHECKS: tuple[Callable[[Mapping[str, Any]], Checks], ...] = (
     thrusters,
     body,
     rotors.checks,
+    modes.checks_of_kinds,
     modes.checks,
     environment.checks_of_torques,
     ticks,

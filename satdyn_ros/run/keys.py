@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from ..actuators import ACTUATORS, Actuator
 from ..base.key import Key, part_key
-from ..dynamics.flexible import KEYS_OF_A_MODE, MODE_NAMES
+from ..dynamics.mode_kinds import MODE_KINDS
 from ..dynamics.rotor_keys import ROTOR_KEYS, ROTOR_NAMES
 from ..environment.environment_keys import ENVIRONMENT_KEYS
 from ..orbits.fixed import GRADIENT
@@ -53,7 +53,7 @@ KEYS = {
         *Weight.keys,
         *(replace(key, is_optional=True) for kind in ENVIRONMENT_TORQUES for key in kind.keys),
         *KEYS_OF_THE_SURFACE,
-        MODE_NAMES,
+        *(replace(kind.names, is_optional=True) for kind in MODE_KINDS),
         ROTOR_NAMES,
         part_key('rotor'),
         *ROTOR_KEYS,
@@ -301,7 +301,7 @@ _OF_A_ROTOR = tuple(
 _OF_EACH: dict[str, tuple[Sequence[Key], tuple[str, ...]]] = {
     'rotor.names': ([KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR], _OF_A_ROTOR),
     'surface.names': (KEYS_OF_A_PLATE, tuple(key.name for key in COEFFICIENTS)),
-    'flexible.names': (KEYS_OF_A_MODE, ()),
+    **{kind.names.name: (kind.of_each(), ()) for kind in MODE_KINDS},
     **{kind.keys[0].name: (kind.of_each, ()) for kind in ENVIRONMENT_TORQUES if kind.of_each},
     **{
         kind.keys[0].name: ((part_key(kind.keys[0].name.split('.')[0]), *kind.of_each), ())

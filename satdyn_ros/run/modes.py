@@ -1,4 +1,4 @@
-"""The flexible modes that a scenario describes, under flexible.NAME.*."""
+"""The modes of parts inside the body that a scenario describes, such as flexible.NAME.*."""
 
 import math
 from collections.abc import Mapping
@@ -8,22 +8,21 @@ import numpy as np
 
 from ..base.sentences import Checks, distinct_texts
 from ..dynamics import inertia
-from ..dynamics.flexible import Mode
+from ..dynamics.inner_mode import InnerMode
+from ..dynamics.mode_kinds import MODE_KINDS
 from ..dynamics.system import System
 from . import rotors
 
 
-def modes_of(values: Mapping[str, Any]) -> tuple[Mode, ...]:
+def modes_of(values: Mapping[str, Any]) -> tuple[InnerMode, ...]:
     """Return the modes of a scenario's values."""
-    return tuple(
-        Mode(
-            name,
-            values[f'flexible.{name}.frequency'],
-            values[f'flexible.{name}.damping'],
-            np.array(values[f'flexible.{name}.coupling']),
-        )
-        for name in values['flexible.names']
-    )
+    return tuple(mode for kind in MODE_KINDS for mode in kind.of(values))
+
+
+def checks_of_kinds(values: Mapping[str, Any]) -> Checks:
+    """Check what the values of modes may not be together, by their kinds."""
+    for kind in MODE_KINDS:
+        yield from kind.checks(values)
 
 
 def inner(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -37,14 +36,11 @@ def inner(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def checks(values: Mapping[str, Any]) -> Checks:
-    """Check that modes swing, and that they leave the body an inertia."""
+    """Check that modes leave the body an inertia."""
     body = System(inertia.entries(values['body.inertia']), rotors.rotors_of(values))
     left = body.carrier_inertia
     others = of_rotors = ['the rotors'] if body.has_turning_rotor else []
     for mode in modes_of(values):
-        prefix = f'flexible.{mode.name}'
-        if (yield np.asarray(mode.frequency) == 0.0):
-            raise ValueError(f'{prefix}.frequency is 0; it must be above 0 rad/s')
         d = mode.coupling
         share = np.sum(d * np.linalg.solve(left, d[..., None])[..., 0], axis=-1)
         is_too_much = ~(share < 1.0 - inertia.ROUNDING)
@@ -53,8 +49,8 @@ def checks(values: Mapping[str, Any]) -> Checks:
             u = d / size
             given, most = distinct_texts(size, float(1.0 / np.sqrt(u @ np.linalg.solve(left, u))))
             raise ValueError(
-                f'{prefix}.coupling is {d.tolist()}, of length {given}; in this direction it must '
-                f'be below {most} sqrt(kg) m, the most that '
+                f'{mode.group()}.{mode.name}.coupling is {d.tolist()}, of length {given}; in this '
+                f'direction it must be below {most} sqrt(kg) m, the most that '
                 f'{" and ".join(["body.inertia", *others])} allow{"" if others else "s"}'
             )
         rest = left - d[..., :, None] * d[..., None, :]

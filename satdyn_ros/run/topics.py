@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..actuators import ACTUATORS, Actuator, kind_of
-from ..dynamics.flexible import column_of
+from ..dynamics.inner_mode import InnerMode, column_of
+from ..dynamics.mode_kinds import MODE_KINDS
 from ..dynamics.system import System
 from ..dynamics.torque import own_force, own_torque
 from ..kernel import rotation
@@ -218,22 +219,26 @@ def _inner(names: Iterable[str]) -> Callable[[Any], np.ndarray]:
     return of
 
 
-def _flexible(names: tuple[str, ...]) -> Topic:
-    """Return the topic of the flexible modes of a scenario."""
+def _of_modes(kind: type[InnerMode], names: tuple[str, ...] = ()) -> Topic:
+    """Return the topic of the modes of a kind that a scenario has, by their names."""
     return Topic(
-        'flexible',
+        kind.group(),
         'sensor_msgs/msg/JointState',
         'state',
         'body',
-        'of the modes of flexible parts: the modal displacement as position [sqrt(kg) m] and its '
-        'rate as velocity [sqrt(kg) m/s]; with flexible.names',
+        f'of {kind.says}: the modal displacement as position [sqrt(kg) m] and its rate as '
+        f'velocity [sqrt(kg) m/s]; with {kind.names.name}',
         tuple(
             Shown(tuple(map(column_of, inner)), _inner(inner))
             for leaf in ('displacement', 'rate')
-            for inner in [[f'flexible.{name}.{leaf}' for name in names]]
+            for inner in [[f'{kind.group()}.{name}.{leaf}' for name in names]]
         ),
         Panel('modal displacement', 'm sqrt(kg)', names),
-        lambda system: '' if system.modes else 'flexible.names is empty; leave the topic out',
+        lambda system: (
+            ''
+            if any(type(mode) is kind for mode in system.modes)
+            else f'{kind.names.name} is empty; leave the topic out'
+        ),
         names,
         ('position', 'velocity'),
     )
@@ -408,7 +413,7 @@ _TABLE = (
         'angle [rad], speed relative to the body [rad/s] and motor torque after its limits [N m] '
         'of all rotors; arrays are empty where no rotor has such a value',
     ),
-    _flexible(()),
+    *map(_of_modes, MODE_KINDS),
     *(topic for kind in ENVIRONMENT_TORQUES for topic in _of_parts(kind)),
     Topic(
         'thruster',
@@ -495,15 +500,15 @@ def topics_with(
     ValueError
         a topic of a torque, or a sensor, has the name of another topic
     """
-    table = {**TOPICS, 'flexible': _flexible(names.get('flexible.names', ()))}
-    for each in ENVIRONMENT_TORQUES:
-        named = names.get(each.keys[0].name, ()) if each.of_each else ()
-        table |= {topic.name: topic for topic in _of_parts(each, named)}
-    for kind in torques:
-        for topic in _of_torque(kind):
+    of_parts = [_of_modes(kind, names.get(kind.names.name, ())) for kind in MODE_KINDS]
+    for kind in ENVIRONMENT_TORQUES:
+        of_parts += _of_parts(kind, names.get(kind.keys[0].name, ()) if kind.of_each else ())
+    table = TOPICS | {topic.name: topic for topic in of_parts}
+    for own in torques:
+        for topic in _of_torque(own):
             if topic.name in table:
                 raise ValueError(
-                    f'{topic.name} is the topic of the torque {kind.name} and of another'
+                    f'{topic.name} is the topic of the torque {own.name} and of another'
                 )
             table[topic.name] = topic
     for name, sensor in sensors.items():

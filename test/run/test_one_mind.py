@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros.dynamics import inertia
+from satdyn_ros.dynamics.flexible import Mode
 from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import ORBIT_TYPES
@@ -307,6 +308,7 @@ DRAWS = {
     checks.body: body,
     rotors.checks: of_rotors,
     modes.checks: of_modes,
+    modes.checks_of_kinds: of_modes,
     environment.checks_of_torques: of_rods,
     checks.ticks: ticks,
     checks.frame: frame,
@@ -328,6 +330,7 @@ def test_one_and_many_are_refused_alike(check):
         checks.body: inertia.checks,
         orbits.checks: ORBIT_TYPES['oem'].checks,
         environment.checks_of_torques: checks_of_rods,
+        modes.checks_of_kinds: Mode.checks,
     }
     function = of_others.get(check, check)
     ends = [list(traceback.walk_tb(error.__traceback__))[-1] for error in found if error]

@@ -53,17 +53,22 @@ def column_of(inner: str) -> str:
 
 class InnerMode:
     """
-    A mode; each kind is a subclass, a frozen dataclass in a file of its own.
+    A mode; each kind is a subclass, a frozen dataclass in a file beside this one.
 
-    names: the key that names those of a scenario.  keys: what it says of one beside what all have,
-    by their last words, which are the names of its fields.  says: what the modes are of.
-
-    name; coupling [sqrt(kg) m] (3,): d, body axes; frequency [rad/s]: of small swings, with the
-    body held against rotation and free to translate.
-
-    constants: a NamedTuple of what the equations need, with coupling, and with functions of
-    floats, symbols and columns: spring(eta) and friction(rate) [sqrt(kg) m/s^2], and frequency()
-    [rad/s], by which errors of eta are compared to those of its rate.
+    Attributes
+    ----------
+    names : Key
+        names those of a scenario
+    keys : tuple of Key
+        what it says of one beside what all have, by their last words: the names of its fields
+    says : str
+        what the modes are of
+    name : str
+        as in names
+    coupling : (3,), sqrt(kg) m, body axes
+        d
+    frequency : rad/s
+        of small swings, with the body held against rotation and free to translate
     """
 
     names: ClassVar[Key]
@@ -75,7 +80,12 @@ class InnerMode:
 
     @property
     def constants(self) -> Any:
-        """The constants in the equations."""
+        """
+        What the equations need: a NamedTuple with coupling and three functions.
+
+        They are of floats, symbols and columns: spring(eta) and friction(rate) [sqrt(kg) m/s^2],
+        and frequency() [rad/s], by which errors of eta are compared to those of its rate.
+        """
         raise NotImplementedError
 
     @property

@@ -60,7 +60,7 @@ class System:
         whether a step that misses the tolerance is cut at a corner, if there is one, before its
         error shortens it; by rules below 6 it was not
     modes : modes
-        of its flexible parts
+        of flexible and other parts inside
     """
 
     inertia: np.ndarray

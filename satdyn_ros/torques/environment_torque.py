@@ -15,8 +15,14 @@ class PartQuantity(NamedTuple):
     """
     A quantity of each part of a torque.
 
-    field: of sensor_msgs/JointState, which has it.  column: the end of its columns in tables.
-    of(torque, states): its values, (N, parts).
+    Attributes
+    ----------
+    field : str
+        of sensor_msgs/JointState, which has it
+    column : str
+        the end of its columns in tables
+    of : function
+        of(torque, states) returns its values (N, parts)
     """
 
     field: str
@@ -28,8 +34,16 @@ class PartsTopic(NamedTuple):
     """
     The topic of the parts of a torque that have names.
 
-    says: its content in words, with units.  title, unit: of its panel, which has the first of the
-    quantities.
+    Attributes
+    ----------
+    name : str
+        as in publish.topics
+    says : str
+        its content in words, with units
+    title, unit : str
+        of its panel, which has the first of the quantities
+    quantities : tuple of PartQuantity
+        what it shows
     """
 
     name: str
@@ -41,14 +55,20 @@ class PartsTopic(NamedTuple):
 
 class EnvironmentTorque(BodyTorque):
     """
-    A torque that comes with the environment; each kind is a subclass in a file of its own.
-
-    needs: the key of the model without which there is none, such as environment.sun.  of_each:
-    where the first of its keys gives names, the keys that describe each of them, by their last
-    words.  parts: the topic of what has these names.
+    A torque that comes with the environment; each kind is a subclass in a file beside this one.
 
     values: every key of a scenario by its dotted name, each allowed by itself; of many scenarios
     as arrays where they differ.
+
+    Attributes
+    ----------
+    needs : str
+        the key of the model without which there is none, such as environment.sun
+    of_each : tuple of Key
+        where the first of its keys gives names: the keys that describe each of them, by their last
+        words
+    parts : PartsTopic or None
+        the topic of what has these names
     """
 
     needs: ClassVar[str]

@@ -276,3 +276,15 @@ def test_what_moves_knows_no_torque_by_its_name():
     imported = own_imports(PACKAGE / 'dynamics' / 'system.py')
     torques = {name for name in imported if name.startswith('satdyn_ros.torques.')}
     assert torques == {'satdyn_ros.torques.body_torque'}
+
+
+def test_a_function_has_at_most_sixty_lines():
+    """With its docstring: a reader sees all of it at once."""
+    found = {}
+    for path in sorted(PACKAGE.rglob('*.py')):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                lines = (node.end_lineno or 0) - node.lineno + 1
+                if lines > 60:
+                    found[f'{path.relative_to(PACKAGE)} {node.name}'] = lines
+    assert found == {}

@@ -66,6 +66,12 @@ def ours():
 class Commanding:
     """A controller inside the run, which gives these torques at every tick."""
 
+    period_s: float | None = None
+    needs_truth = False
+
+    def reset(self, scenario, seed):
+        """Begin; it has no memory."""
+
     def command(self, seen):
         """Return the torques of the sample's tick."""
         return {'rotor_torque': dict(zip(AXES, torque(seen.tick), strict=True))}

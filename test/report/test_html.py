@@ -186,14 +186,15 @@ def test_pixels_are_sharp_where_they_are_slow(page, browser):
     assert is_smooth
 
 
+@pytest.mark.parametrize('apart_s', [3750, pytest.param(1250, marks=pytest.mark.long)])
 @pytest.mark.parametrize('size', [(1280, 720), (390, 844)])
 @pytest.mark.parametrize('view', ['orbit', 'body', 'space'])
-def test_labels_lie_neither_on_one_another_nor_on_the_body(page, browser, size, view):
+def test_labels_lie_neither_on_one_another_nor_on_the_body(page, browser, size, view, apart_s):
     """On a screen and on a phone, in every view and all along the run."""
     pages.resize(browser, *size)
     opened(browser, page)
     browser.find_element('css selector', f'[data-view={view}]').click()
-    for t_s in range(0, 10000, 1250):
+    for t_s in range(0, 10000, apart_s):
         drawn = 'satdyn.stage.scene.frames.length'
         count = browser.execute_script(f'const n = {drawn}; satdyn.timeline.seek({t_s}); return n')
         pages.wait(browser, f'{drawn} !== {count}')

@@ -17,6 +17,7 @@ from satdyn_ros.integrate.course import Course
 from satdyn_ros.integrate.dop853 import combination, error_of, part_before_corner, stage_time
 from satdyn_ros.integrate.tableau import DENSE, ERROR_3, ERROR_5
 
+AHEAD = 5e-4
 ULP = 2.3e-16
 TOLERANCE = 1e-13
 
@@ -26,14 +27,14 @@ class PlainWalk:
     A motion that goes on step by step.
 
     y: the variables, a tuple of floats; t: when [s]; met: how often pieces ended, rotors left
-    their range, steps ended at stops and at corners.
+    their range, steps ended at stops, and attempts were rejected for the sake of a corner.
     """
 
     def __init__(self, system: System, state: State, start_s: float):
         self._course = Course(system, state, start_s, TOLERANCE, math.inf)
         self._start_s = start_s
         self.y = tuple(map(float, initial_values(system, state)))
-        self.t, self._next, self._steps, self.begun = 0.0, 0.0, 0, 0
+        self.t, self._next, self._foreseen, self._steps, self.begun = 0.0, 0.0, 0.0, 0, 0
         self._exit_s, self._exit = math.inf, 0
         self.met = {'pieces': 0, 'exits': 0, 'stops': 0, 'corners': 0}
 
@@ -56,15 +57,18 @@ class PlainWalk:
                 square += x * x
             self._next = 0.01 / (math.sqrt(square) + constants.anomaly_rate + 1e-9)
         h = proposed = self._next
-        most_growth, is_cut = 6.0, False
+        most_growth, is_cut = 6.0, t < t + self._foreseen < t + h
+        if is_cut:
+            ahead = AHEAD * h
+            h = self._foreseen - (ahead if self._foreseen > 2.0 * ahead else 0.0)
         while True:
             end = min(t + h, stop)
             h = end - t
             k, y, error, part = self._attempt(t, h, (before, until), constants)
             ratio = 0.9 / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-12))))
-            if error <= 1.0 and part == 1.0:
+            if error <= 1.0 and part >= 1.0:
                 break
-            if part < 1.0 and (error <= 1.0 or constants.cuts_first):
+            if part < 1.0 and (error <= 1.0 or constants.corner_search.ahead > 0.0):
                 h, is_cut = h * part, True
                 self.met['corners'] += 1
             else:
@@ -75,6 +79,7 @@ class PlainWalk:
         if end == stop or is_cut:
             grown = max(grown, proposed)
         self._next = min(grown, constants.longest_step)
+        self._foreseen = h * (part - 1.0)
         self.t, self.y = float(stop if end == stop else t + h), y
         self._steps += 1
         if constants.events:
@@ -124,7 +129,7 @@ class PlainWalk:
                 part, which = share, side
         if part > 1.0:
             return
-        self.t, self.y, self._next = t, y_0, h
+        self.t, self.y, self._next, self._foreseen = t, y_0, h, 0.0
         self._steps -= 1
         end = t + part * h
         if t < end:

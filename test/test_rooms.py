@@ -275,7 +275,8 @@ def test_what_moves_knows_no_torque_by_its_name():
     """A system has torques; which there are is known to those that make one."""
     imported = own_imports(PACKAGE / 'dynamics' / 'system.py')
     torques = {name for name in imported if name.startswith('satdyn_ros.torques.')}
-    assert torques == {'satdyn_ros.torques.body_torque'}
+    of_all = 'body_torque', 'corner_search'
+    assert torques == {f'satdyn_ros.torques.{name}' for name in of_all}
 
 
 def test_a_function_has_at_most_sixty_lines():

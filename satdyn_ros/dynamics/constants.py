@@ -10,6 +10,7 @@ from ..kernel.rows import components, from_components
 from ..kernel.time_table import Table
 from ..orbits.pieces import Pieces
 from ..torques.applied import Applied
+from ..torques.corner_search import CornerSearch
 from ..torques.gravity_gradient import GravityGradient
 from ..torques.weight import Weight
 from .rotor import Rotor
@@ -93,8 +94,8 @@ class Constants(NamedTuple):
     and Q; semi_latus_rectum [m] and speed [m/s], the root of mu / l: of the orbit, zero without
     one.  slow_rate [rad/s]: far below the rates at which the field swings the body, or torques
     that begin at nothing turn it, for a body at rest.  does_work: whether anything does work that
-    no potential has.  integrates_anomaly: whether the true anomaly is integrated; sees_pairs:
-    whether corners in pairs are looked for; cuts_first: whether a step is cut at a corner first.
+    no potential has.  integrates_anomaly: whether the true anomaly is integrated.  corner_search:
+    as of the system.
 
     rotors: those that turn.  events: the event functions of their drives, where one has a torque
     that depends on its speed, coulomb: their dry friction, imbalances: theirs, where one has any;
@@ -121,8 +122,7 @@ class Constants(NamedTuple):
     slow_rate: float
     does_work: bool
     integrates_anomaly: bool
-    sees_pairs: bool
-    cuts_first: bool
+    corner_search: CornerSearch
     rotors: tuple[RotorConstants, ...]
     events: tuple[EventFunction, ...]
     coulomb: tuple[CoulombFriction, ...]
@@ -330,8 +330,7 @@ def _constants(system):
         slow_rate=1e-3 * np.sqrt(np.abs(orbit.gradient) + (weight + at_rest) / size),
         does_work=bool(system.is_driven or system.orbit.is_eccentric),
         integrates_anomaly=system.integrates_anomaly,
-        sees_pairs=system.sees_pairs,
-        cuts_first=system.cuts_first,
+        corner_search=system.corner_search,
         rotors=_rotors_of(system),
         events=(),
         coulomb=_coulomb_of(system),
@@ -411,7 +410,7 @@ def _without_zeros(constants):
 
 def _as_tuples(part):
     """Return arrays as numbers or as tuples of numbers; tuples with names keep them."""
-    if isinstance(part, bool):
+    if isinstance(part, bool | CornerSearch):
         return part
     if isinstance(part, tuple):
         inner = map(_as_tuples, part)
@@ -427,5 +426,5 @@ def _parts(constants, one):
     for part, like in zip(constants, one, strict=True):
         if isinstance(part, tuple):
             yield from _parts(part, like)
-        elif not isinstance(part, bool):
+        elif not isinstance(part, bool | CornerSearch):
             yield part, np.size(like)

@@ -13,6 +13,7 @@ from ..orbits import FixedDirection, Orbit
 from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
+from ..torques.corner_search import CornerSearch
 from .inner_mode import InnerMode
 from .rotor import Rotor
 
@@ -54,11 +55,8 @@ class System:
         what there is along the orbit beside the attracting field
     rotor_target : (R,), rad/s
         speeds that the drives are commanded instead of a torque, nan: none
-    sees_pairs : bool
-        whether steps end at corners that come in pairs within one; by rules below 5 they did not
-    cuts_first : bool
-        whether a step that misses the tolerance is cut at a corner, if there is one, before its
-        error shortens it; by rules below 6 it was not
+    corner_search : CornerSearch
+        how steps find the corners at which they end
     modes : modes
         of flexible and other parts inside
     """
@@ -72,8 +70,7 @@ class System:
     torques: tuple[BodyTorque, ...] = ()
     environment: AlongOrbit | None = None
     rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
-    sees_pairs: bool = True
-    cuts_first: bool = True
+    corner_search: CornerSearch = CornerSearch()
     modes: tuple[InnerMode, ...] = ()
 
     def __post_init__(self) -> None:

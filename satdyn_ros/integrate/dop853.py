@@ -16,14 +16,12 @@ from ..dynamics.variables import RATE, Variables
 from ..kernel.functions import divide, maximum, minimum, select, sqrt
 from ..kernel.vector import Vector, add, dot, scale
 from ..torques.body_torque import scales_of
-from ..torques.sums import CornerSearch, first_corner
+from ..torques.corner_search import first_corner
+from ..torques.sums import signs_of
 from .tableau import COLUMNS, ENTRIES, LENGTHS, NODES
 
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
-# How corners are looked for, and were by rules below 6.
-SEARCH = CornerSearch(share=1e-5, ahead=5e-4, at_begin=1e-9, at_end=1e-6, least=0.0)
-EARLIER_SEARCH = CornerSearch(share=1e-3, ahead=0.0, at_begin=1e-6, at_end=1e-6, least=1e-3)
 # Keeps a quotient of zeros finite and changes no other.
 TINY = 1e-300
 # A rate below it has a square of zero, and counts as it [rad/s].
@@ -135,21 +133,22 @@ def part_before_corner(
     Return the part of the step h after which a torque may have a corner; 1: it needs no cut.
 
     One as near to either end as the step does not feel it, or time cannot resolve it, needs none.
+    Above 1: nor does the step, and a corner may come so soon after it.
     """
-    search = SEARCH if constants.cuts_first else EARLIER_SEARCH
+    search = constants.corner_search
     soon = search.share
     begin_s = stage_time(0, t, h, span, constants)
     end_s = stage_time(11, t, h, span, constants)
-    part = first_corner(
-        constants.torques,
-        seen_by_torques(begin_s, y_0, constants),
-        seen_by_torques(begin_s + soon * h, add(y_0, scale(soon, k_0)), constants),
-        seen_by_torques(end_s - soon * h, add(y, scale(-soon, k_11)), constants),
-        seen_by_torques(end_s, y, constants),
-        search,
-        constants.sees_pairs,
+    seen_at = (
+        (begin_s, y_0),
+        (begin_s + soon * h, add(y_0, scale(soon, k_0))),
+        (end_s - soon * h, add(y, scale(-soon, k_11))),
+        (end_s, y),
     )
+    signs = [signs_of(constants.torques, seen_by_torques(*each, constants)) for each in seen_at]
+    part = first_corner(signs, search)
     cut = maximum(part, search.least)
     time = t + cut * h
     cut_off = select(t < time, select(time < t + h, cut, 1.0), 1.0)
-    return select(minimum(part, 1.0 - part) < search.at_begin, 1.0, cut_off)
+    inside = select(minimum(part, 1.0 - part) < search.at_begin, 1.0, cut_off)
+    return select(part > 1.0, part, inside)

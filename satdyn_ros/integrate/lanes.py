@@ -22,9 +22,10 @@ TRYING, TRIED, PROPOSED, MOST_GROWTH, IS_CUT, IS_STOPPED, IS_STUCK = range(9, 16
 # Where the step is to end because a rotor leaves its range, which, and which has left, as of
 # Drives.leave; by how much a row may be beyond the last step.
 EXIT_S, EXIT, LEFT, LATE = range(16, 20)
-# How often a rotor has left its range since the furthest row.
-EXITS = 20
-STEP_STATE_SIZE = 21
+# How often a rotor has left its range since the furthest row; how long after the last step a
+# corner is foreseen, 0: none is.
+EXITS, FORESEEN = range(20, 22)
+STEP_STATE_SIZE = 22
 
 # The settings of a motion: mean anomaly at the start [rad], mean motion [rad/s] and eccentricity,
 # tolerance, the most steps from row to row, and until when its constants hold.

@@ -40,7 +40,8 @@ class Layout(NamedTuple):
     size: the number of variables, anomaly: where the true anomaly is among them, 0: it is not;
     numbers and arrays: how many the Constants have; rotors: of those that turn; rotors_at: where
     they begin among the numbers, events_at: their event functions, 0: there are none;
-    momenta: where the rotors' are among the variables; cuts_first: as of the Constants.
+    momenta: where the rotors' are among the variables; cuts_first: whether a step that
+    misses the tolerance is cut at a corner before its error shortens it.
     """
 
     size: int
@@ -66,7 +67,7 @@ class Layout(NamedTuple):
             rotors_at=rotors_at,
             events_at=rotors_at + ROTOR_SIZE * rotors if constants.events else 0,
             momenta=parts.momenta.start,
-            cuts_first=constants.cuts_first,
+            cuts_first=constants.corner_search.ahead > 0.0,
             numbers=len(numbers),
             arrays=len(arrays),
         )

@@ -42,6 +42,7 @@ from .lanes import (
     EXIT,
     EXIT_S,
     EXITS,
+    FORESEEN,
     FURTHEST,
     HOLDS_UNTIL_S,
     IS_CUT,
@@ -102,6 +103,9 @@ STEPS_PER_FIX = 8
 GROWTH, CUT = 6.0, 0.2
 # A step aims at this share of the length that should just meet the tolerance.
 SAFETY = 0.9
+# By this share of what is proposed a step ends before a corner that is foreseen, as it is not
+# known so well from afar; where that is no more than twice as far away, the step ends there.
+AHEAD = 5e-4
 # At least the distance of a number from the next one, relative.
 ULP = 2.3e-16
 # What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts
@@ -231,6 +235,9 @@ def _begin_step(l, p, lanes):
     frame[UNTIL_S * count + l] = np.inf if is_last else following - ULP * abs(following)
     c[TRYING], c[TRIED], c[PROPOSED] = 1.0, c[NEXT], c[NEXT]
     c[MOST_GROWTH], c[IS_CUT] = GROWTH, 0.0
+    if t < t + c[FORESEEN] < t + c[NEXT]:
+        ahead = AHEAD * c[NEXT]
+        c[TRIED], c[IS_CUT] = c[FORESEEN] - (ahead if c[FORESEEN] > 2.0 * ahead else 0.0), 1.0
 
 
 def _prepare(l, lanes):
@@ -269,6 +276,7 @@ def _judge(l, p, lanes, single, make_dense):
         # A stop or a corner cuts the step off; what was proposed is still good.
         grown = max(grown, c[PROPOSED])
     c[NEXT] = min(grown, _of(m, CONSTANTS_AT, p[CONSTANT_COUNT], p)[LONGEST_STEP])
+    c[FORESEEN] = h * (part - 1.0) if part > 1.0 else 0.0
     c[STEPS] += 1.0
     c[TRYING] = 0.0
     if p[EVENTS_AT] > 0:
@@ -302,7 +310,7 @@ def _end_at_exit(l, p, lanes, single, make_dense):
     for i in range(p[SIZE]):
         y[i * count + l] = y_0[i * count + l]
     end = t + part * h
-    c[END], c[DENSE_OF], c[NEXT] = t, -1.0, h
+    c[END], c[DENSE_OF], c[NEXT], c[FORESEEN] = t, -1.0, h, 0.0
     c[STEPS] -= 1.0
     if t < end:
         c[EXIT_S], c[EXIT], c[NEXT] = end, which, end - t

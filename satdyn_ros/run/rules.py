@@ -5,6 +5,8 @@ A bag names those of its run, by which it is run again whatever the version that
 here is the first of the rules by which something is as it is now.
 """
 
+from ..torques.corner_search import CornerSearch
+
 # By rules 0, of versions 0.1 and 0.2, timeouts, drops and halts act where the bag has them.
 EVENTS_FOLLOW = 1
 # Before, the mountings of the sensors were on /tf.
@@ -29,4 +31,23 @@ STEPS_SEE_PAIRS = 5
 # and the corner was looked for by a parabola.
 STEPS_END_AT_CORNERS = 6
 
-RULES = 6
+# Before, a step did not foresee a corner that comes soon after it, at which the next one ends.
+STEPS_FORESEE_CORNERS = 7
+
+RULES = 7
+
+
+def corner_search(rules: int) -> CornerSearch:
+    """Return how steps find the corners at which they end."""
+    if rules >= STEPS_FORESEE_CORNERS:
+        return CornerSearch()
+    if rules >= STEPS_END_AT_CORNERS:
+        return CornerSearch(reach=0.0)
+    return CornerSearch(
+        share=1e-3,
+        ahead=0.0,
+        at_begin=1e-6,
+        least=1e-3,
+        reach=0.0,
+        sees_pairs=rules >= STEPS_SEE_PAIRS,
+    )

@@ -41,7 +41,7 @@ from .parameter_file import (
     without_rclpys,
     yaml_of_parameters,
 )
-from .rules import PLATES_FOLLOW_THE_SURFACE, RULES, STEPS_END_AT_CORNERS, STEPS_SEE_PAIRS
+from .rules import PLATES_FOLLOW_THE_SURFACE, RULES, corner_search
 from .ticks import rate_of
 from .topics import Topic, topics_with
 
@@ -437,8 +437,7 @@ class Scenario:
                 *own,
                 *self.equipment.torques(),
             ),
-            sees_pairs=self.rules >= STEPS_SEE_PAIRS,
-            cuts_first=self.rules >= STEPS_END_AT_CORNERS,
+            corner_search=corner_search(self.rules),
             modes=modes.modes_of(self.values),
         )
 

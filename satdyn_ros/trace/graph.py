@@ -280,7 +280,7 @@ def flatten(part: Any) -> tuple[list[float], list[Any]]:
     """
     Return the numbers of nested tuples, one after the other, and their arrays.
 
-    A bool is neither: it is known when the code is made.
+    What is neither, such as a bool, is known when the code is made.
     """
     numbers: list[float] = []
     arrays: list[Any] = []
@@ -294,8 +294,12 @@ def _flatten(part, numbers, arrays):
             _flatten(each, numbers, arrays)
         elif isinstance(each, float):
             numbers.append(each)
-        elif not isinstance(each, bool):
+        elif _is_array(each):
             arrays.append(each)
+
+
+def _is_array(part):
+    return hasattr(part, 'shape')
 
 
 def numbered(part: Any) -> Any:
@@ -329,9 +333,9 @@ def kind_of(part: tuple) -> tuple:
             if isinstance(each, tuple)
             else None
             if isinstance(each, float)
-            else each
-            if isinstance(each, bool)
             else each.shape
+            if _is_array(each)
+            else each
             for each in part
         ),
     )
@@ -351,12 +355,12 @@ def _symbols_like(part, graph, names, counts):
     for each in part:
         if isinstance(each, tuple):
             found.append(_symbols_like(each, graph, names, counts))
-        elif isinstance(each, bool):
-            found.append(each)
         elif isinstance(each, float):
             found.append(graph.input(names[0], counts[0]))
             counts[0] += 1
-        else:
+        elif _is_array(each):
             found.append(graph.array(names[1], counts[1], each.shape))
             counts[1] += 1
+        else:
+            found.append(each)
     return type(part)(*found) if hasattr(part, '_fields') else tuple(found)

@@ -62,7 +62,7 @@ def test_a_bag_of_rules_3_verifies():
     assert verify(bag).is_true
 
 
-@pytest.mark.parametrize('rules', [5])
+@pytest.mark.parametrize('rules', [5, 6])
 def test_a_bag_with_corners_verifies(rules):
     """Its steps end where a rod or a plate turns as those of then; by now it has other bits."""
     bag = REFERENCE / f'bags_rules_{rules}' / 'rods_and_plates'

@@ -19,6 +19,7 @@ from ..dynamics.constants import ANOMALY_RATE, LONGEST_STEP, START_S
 from ..dynamics.variables import RATE
 from ..kernel.looped import looped
 from ..orbits.kepler_equation import true_anomaly_of_one
+from ..torques.corner_search import CornerSearch
 from ..trace.memory import call, floats, integers
 from .dense_output import add_turn, interpolate
 from .event_location import effort, first_exit
@@ -105,7 +106,7 @@ GROWTH, CUT = 6.0, 0.2
 SAFETY = 0.9
 # By this share of what is proposed a step ends before a corner that is foreseen, as it is not
 # known so well from afar; where that is no more than twice as far away, the step ends there.
-AHEAD = 5e-4
+AHEAD = CornerSearch.ahead
 # At least the distance of a number from the next one, relative.
 ULP = 2.3e-16
 # What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts

@@ -1,6 +1,7 @@
 """Pause, step, the factor of time, recording, and the end of the process."""
 
 import signal
+import time
 
 import pytest
 from ros.live import EPOCH_NS, expected, stamp_ns
@@ -46,6 +47,20 @@ def test_while_paused_ticks_pass_by_steps_alone(live):
     assert participant.switch('pause', False) == (True, 'running')
     participant.hear(heard, 20)
     assert ticks(heard) == list(range(ticks(heard)[0], ticks(heard)[-1] + 1))
+
+
+def test_after_a_pause_ticks_do_not_hurry(live):
+    """What did not pass meanwhile is not made up for: 50 ticks of 0.01 s take half a second."""
+    _, participant = live()
+    heard = participant.listen('attitude')
+    participant.hear(heard, 5)
+    last = int(participant.switch('pause', True)[1].removeprefix('paused after tick '))
+    # Less than the second of lag after which ticks begin anew in any case.
+    participant.spin(0.6)
+    begin_s = time.monotonic()
+    assert participant.switch('pause', False) == (True, 'running')
+    participant.wait_until(lambda: ticks(heard)[-1] >= last + 51)
+    assert time.monotonic() - begin_s >= 0.5
 
 
 @pytest.mark.long

@@ -42,6 +42,7 @@ class ControlledSimulation(Simulation):
         self._period = period_of(controller, self.scenario)
         self.controller = controller
         self._reset(self._here.conditions)
+        self._earlier = copy.deepcopy(controller)
 
     @property
     def control(self) -> dict[str, object]:

@@ -110,21 +110,33 @@ class Simulation:
         limit, and none at all of a halted run.
         """
         self._settle()
-        first = self.next_tick
-        self._before, self._acting = self._run, self._due(first)
-        if not self._acting:
-            # All at once: the tick alone would be asked for whether the motion reaches it.
-            self._before.segment.states(first, *self._end(self._before, first, count))
-        happened, run = self._before.after(first, self._acting, self._rules)
-        if own := self._own_commands(run, first, happened):
-            happened, run = self._before.after(first, [*self._acting, *own], self._rules)
-        states = run.segment.states(first, *self._end(run, first, count if not run.halted else 0))
-        if np.any(met := met_limit(states)[1:]):
-            states = states.rows(slice(int(np.argmax(met)) + 1))
-        self._begun = run
-        self._block, suite = self._samples(run, first, states)
+        first, before, acting = self.next_tick, self._run, self._due(self.next_tick)
+        try:
+            happened, run = self._happening(first, acting, count)
+            end = self._end(run, first, count if not run.halted else 0)
+            states = run.segment.states(first, *end)
+            if np.any(met := met_limit(states)[1:]):
+                states = states.rows(slice(int(np.argmax(met)) + 1))
+            block, suite = self._samples(run, first, states)
+        except BaseException:
+            # As by Ctrl-C, or where a controller fails: nothing has happened.
+            self._pending.extendleft(reversed(acting))
+            raise
+        self._before, self._acting, self._begun, self._block = before, acting, run, block
         self._run, self.next_tick = replace(run, suite=suite), first + len(states)
-        return happened, self._block
+        return happened, block
+
+    def _happening(
+        self, tick: int, acting: list[Event], count: int
+    ) -> tuple[list[Event], RunState]:
+        """Return what happens at the next tick, where these events act, and the run after it."""
+        if not acting:
+            # All at once: the tick alone would be asked for whether the motion reaches it.
+            self._run.segment.states(tick, *self._end(self._run, tick, count))
+        happened, run = self._run.after(tick, acting, self._rules)
+        if own := self._own_commands(run, tick, happened):
+            happened, run = self._run.after(tick, [*acting, *own], self._rules)
+        return happened, run
 
     def _samples(self, run: RunState, first: int, states: States) -> tuple[Samples, Suite]:
         """Return the samples of a run's states from a tick on, and the sensors after them."""

@@ -116,6 +116,15 @@ def test_rewinding_asks_it_anew(tick):
     assert [tick for tick, *_ in simulation.controller.seen] == [0, 20]
 
 
+def test_one_that_comes_later_stays_when_the_run_goes_back():
+    """Even to a tick before it came."""
+    simulation = ControlledSimulation(SCENARIO)
+    simulation.advance(5)
+    simulation.control_by(Counter())
+    simulation.rewind(0)
+    assert simulation.advance(1)[0] == [Command(0, 'torque', (1.0, 0.0, 0.0))]
+
+
 def test_without_truth_a_sample_has_what_is_known_on_board():
     """Sensors at the ticks where they publish, with their stamps; the rest is refused by name."""
 
@@ -162,11 +171,15 @@ def test_one_that_fails_ends_the_run_in_a_sentence():
         def command(self, sample):
             return {'dipole_b': (0.0, 0.0, 1.0)}
 
-    simulation = controlled(Fails())
+    event = Command(20, 'torque', (0.0, 1.0, 0.0), until_tick=25)
+    simulation = controlled(Fails(), [event])
     with pytest.raises(ControllerFailed) as failed:
         flown(simulation, 40)
     where = rf'in {__file__}, line \d+: ZeroDivisionError: .*division by zero$'
     assert failed.match(rf'^the controller .*test_controlled:.*Fails failed at 2 s {where}')
+    # What acts at that tick does so if the run goes on without it.
+    simulation.controller = None
+    assert simulation.advance(1)[0] == [event]
     with pytest.raises(ControllerFailed, match=r'magnetorquer\.max_dipole is 0 along all axes'):
         flown(controlled(Wrong()), 1)
 

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections import Counter, defaultdict
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -68,14 +69,13 @@ def test_no_other_room_names_an_actuator():
     assert len(names) >= 3
     found = []
     for path in PACKAGE.rglob('*.py'):
-        tree = ast.parse(path.read_text())
         documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
         texts = {
             id(node.body[0].value)
-            for node in ast.walk(tree)
+            for node in nodes_of(path)
             if isinstance(node, documented) and node.body and isinstance(node.body[0], ast.Expr)
         }
-        for node in ast.walk(tree):
+        for node in nodes_of(path):
             text = getattr(node, 'value', None) if id(node) not in texts else None
             if isinstance(text, str) and any(name in text for name in names):
                 found.append(path.relative_to(PACKAGE))
@@ -96,11 +96,10 @@ def test_no_other_room_names_a_torque_of_the_environment():
     keys |= {f'{key.partition(".")[0]}.' for key in keys if key.endswith('.names')}
     found = set()
     for path in PACKAGE.rglob('*.py'):
-        tree = ast.parse(path.read_text())
-        imported = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        imported = [node for node in nodes_of(path) if isinstance(node, ast.ImportFrom)]
         if names & {alias.name for node in imported for alias in node.names}:
             found.add(path.relative_to(PACKAGE))
-        texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+        texts = [node.value for node in nodes_of(path) if isinstance(node, ast.Constant)]
         if any(str(text).startswith(tuple(keys)) for text in texts):
             found.add(path.relative_to(PACKAGE))
     # What commands its dipole, what draws its rods, and scenarios, which are data.
@@ -127,7 +126,7 @@ def test_an_orbit_is_asked_and_not_known_by_its_type():
     assert {'KeplerOrbit', 'TabledOrbit', 'TwoLineOrbit', 'Circular'} <= classes
     found = []
     for path in sorted(PACKAGE.rglob('*.py')):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes_of(path):
             match node:
                 case ast.Call(func=ast.Name(id='isinstance' | 'issubclass'), args=[_, kinds]):
                     asked = {each.id for each in ast.walk(kinds) if isinstance(each, ast.Name)}
@@ -150,10 +149,21 @@ def room_of(module):
     return module.split('.')[1]
 
 
+@cache
+def nodes_of(path):
+    """Return a file's syntax, the module first and then what is in it."""
+    return [*ast.walk(ast.parse(path.read_text()))]
+
+
+@cache
 def own_imports(path):
     """Return the dotted names of the package's own modules that a file imports."""
+    return [*_own_imports(path)]
+
+
+def _own_imports(path):
     here = ['satdyn_ros', *path.relative_to(PACKAGE).with_suffix('').parts]
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.startswith('satdyn_ros.'))
         elif isinstance(node, ast.ImportFrom):
@@ -233,7 +243,7 @@ def test_physics_loads_no_ros():
 def tops(*kinds):
     """Yield the file and the node of each function, class or constant at the top of a file."""
     for path in sorted(PACKAGE.rglob('*.py')):
-        for node in ast.parse(path.read_text()).body:
+        for node in nodes_of(path)[0].body:
             if isinstance(node, kinds):
                 yield str(path.relative_to(PACKAGE)), node
 
@@ -283,7 +293,7 @@ def test_a_function_has_at_most_sixty_lines():
     """With its docstring: a reader sees all of it at once."""
     found = {}
     for path in sorted(PACKAGE.rglob('*.py')):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes_of(path):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 lines = (node.end_lineno or 0) - node.lineno + 1
                 if lines > 60:

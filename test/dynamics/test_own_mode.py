@@ -1,17 +1,13 @@
 """A kind of modes that one file adds, put beside the others in a copy of the package."""
 
 import csv
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from package_with import PackageWith
 from scipy.integrate import solve_ivp
 
-ROOT = Path(__file__).parents[2]
 FILE = 'hardening.py'
 INERTIA, OMEGA = np.array([3.0, 2.0, 4.0]), np.array([0.05, 0.4, -0.1])
 # A boom that gets harder, and a panel as it is shipped.
@@ -67,30 +63,11 @@ for tick in range(20):
 
 
 @pytest.fixture(scope='module')
-def folder(tmp_path_factory):
-    """Return a folder with the package and the one file, which processes then import."""
-    folder = tmp_path_factory.mktemp('own')
-    skipped = shutil.ignore_patterns('__pycache__')
-    shutil.copytree(ROOT / 'satdyn_ros', folder / 'satdyn_ros', ignore=skipped)
-    shutil.copy(Path(__file__).parent / FILE, folder / 'satdyn_ros' / 'dynamics')
-    lines = ''.join(f'    {key}: {value}\n' for key, value in SHEET.items())
-    text = f'/**:\n  ros__parameters:\n{lines.replace(chr(39), "")}'
-    (folder / 'sheet.yaml').write_text(text)
-    (folder / 'heavy.yaml').write_text(text.replace('[0.2, 0.5, 0.1]', '[0.2, 1.5, 0.1]'))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('PYTHONPATH', f'{folder}{os.pathsep}{os.environ.get("PYTHONPATH", "")}')
-        yield folder
-
-
-def run(folder, *arguments, code=0):
-    """Return what a program of Python, or the command satdyn, prints."""
-    done = subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout + done.stderr
-
-
-def satdyn(folder, *arguments, code=0):
-    return run(folder, '-m', 'satdyn_ros.cli.main', *arguments, code=code)
+def own(tmp_path_factory):
+    own = PackageWith(tmp_path_factory.mktemp('own'), Path(__file__).parent / FILE)
+    own.write('sheet', SHEET)
+    own.write('heavy', SHEET | {'hardening.boom.coupling': [0.2, 1.5, 0.1]})
+    return own
 
 
 def swung(t_s):
@@ -108,12 +85,12 @@ def swung(t_s):
     return solve_ivp(rates, (0.0, t_s[-1]), begin, 'DOP853', t_s, rtol=1e-12, atol=1e-13).y.T
 
 
-def test_it_flies_and_its_bag_verifies(folder):
+def test_it_flies_and_its_bag_verifies(own):
     """With a mode that is shipped beside it; the boom swings as another integrator says."""
-    satdyn(folder, 'simulate', 'sheet.yaml', '--duration', str(DURATION_S), '-o', 'bag')
-    assert 'the same byte for byte' in satdyn(folder, 'verify', 'bag')
-    satdyn(folder, 'export', 'bag', '-o', 'bag.csv')
-    with (folder / 'bag.csv').open() as file:
+    own.satdyn('simulate', 'sheet.yaml', '--duration', str(DURATION_S), '-o', 'bag')
+    assert 'the same byte for byte' in own.satdyn('verify', 'bag')
+    own.satdyn('export', 'bag', '-o', 'bag.csv')
+    with (own.folder / 'bag.csv').open() as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith('#')))
     names = [f'omega_bi_b_{axis}_rad_s' for axis in 'xyz']
     names += [f'{name}_displacement_sqrt_kg_m' for name in ('boom', 'panel')]
@@ -124,26 +101,18 @@ def test_it_flies_and_its_bag_verifies(folder):
     np.testing.assert_allclose(found, true, rtol=0.0, atol=1e-9)
     # The cubic part counts: at its largest it is more than the linear one.
     assert GROWTH[0] * np.max(found[:, 3] ** 2) > W[0] ** 2
-    satdyn(folder, 'report', 'bag', '-o', 'page.html')
-    assert 'boom' in (folder / 'page.html').read_text()
+    own.satdyn('report', 'bag', '-o', 'page.html')
+    assert 'boom' in (own.folder / 'page.html').read_text()
 
 
-def test_what_it_conserves_and_how_it_is_commanded(folder):
+def test_what_it_conserves_and_how_it_is_commanded(own):
     """Energy, with that of its spring, and momentum; each step has the bits of a motion anew."""
-    assert float(run(folder, '-c', PROGRAM)) < 1e-10
+    assert float(own.run('-c', PROGRAM)) < 1e-10
 
 
-def test_what_sentences_say(folder):
+def test_what_sentences_say(own):
     """Closed forms do not know it, and the body must have the inertia that it takes."""
-    said = satdyn(folder, 'describe', 'sheet.yaml')
+    said = own.satdyn('describe', 'sheet.yaml')
     assert 'closed forms do not know the flexible parts panel, boom' in said
-    said = satdyn(folder, 'describe', 'heavy.yaml', code=2)
+    said = own.satdyn('describe', 'heavy.yaml', code=2)
     assert 'hardening.boom.coupling is [0.2, 1.5, 0.1], of length' in said
-
-
-def test_one_file_is_all(folder):
-    """Nothing of the package but the file is other than it is shipped."""
-    names = {path.relative_to(folder) for path in (folder / 'satdyn_ros').rglob('*.py')}
-    shipped = {path.relative_to(ROOT) for path in (ROOT / 'satdyn_ros').rglob('*.py')}
-    assert names - shipped == {Path('satdyn_ros', 'dynamics', FILE)}
-    assert all((folder / name).read_bytes() == (ROOT / name).read_bytes() for name in shipped)

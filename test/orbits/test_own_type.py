@@ -1,18 +1,14 @@
 """Types of orbits that one file adds, put beside the others in a copy of the package."""
 
 import csv
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from package_with import PackageWith
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-ROOT = Path(__file__).parents[2]
 FILES = 'forced_circle.py', 'fly_by.py'
 MU, INERTIA = 3.986004418e14, np.array([800.0, 900.0, 600.0])
 BEGIN, OMEGA = np.array([0.1, -0.2, 0.3, 0.9273618495495703]), np.array([1e-3, 2e-3, -1e-3])
@@ -47,13 +43,9 @@ FLOWN = {
 
 
 @pytest.fixture(scope='module')
-def folder(tmp_path_factory):
-    """Return a folder with the package and the two files, which processes then import."""
-    folder = tmp_path_factory.mktemp('own')
-    skipped = shutil.ignore_patterns('__pycache__')
-    shutil.copytree(ROOT / 'satdyn_ros', folder / 'satdyn_ros', ignore=skipped)
-    for file in FILES:
-        shutil.copy(Path(__file__).parent / file, folder / 'satdyn_ros' / 'orbits')
+def own(tmp_path_factory):
+    here = Path(__file__).parent
+    own = PackageWith(tmp_path_factory.mktemp('own'), *(here / file for file in FILES))
     for name, (given, _) in FLOWN.items():
         sheet = {
             'publish.rate': 0.1,
@@ -64,20 +56,8 @@ def folder(tmp_path_factory):
             'initial.angular_velocity': OMEGA.tolist(),
             **given,
         }
-        lines = ''.join(f'    {key}: {value}\n' for key, value in sheet.items())
-        text = f'/**:\n  ros__parameters:\n{lines.replace(chr(39), "")}'
-        (folder / f'{name}.yaml').write_text(text)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('PYTHONPATH', f'{folder}{os.pathsep}{os.environ.get("PYTHONPATH", "")}')
-        yield folder
-
-
-def satdyn(folder, *arguments, code=0):
-    """Return what the command satdyn prints."""
-    command = [sys.executable, '-m', 'satdyn_ros.cli.main', *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout + done.stderr
+        own.write(name, sheet)
+    return own
 
 
 def attitudes(position, t_s):
@@ -98,12 +78,12 @@ def attitudes(position, t_s):
 
 
 @pytest.mark.parametrize('name', FLOWN)
-def test_it_flies_and_its_bag_verifies(folder, name):
+def test_it_flies_and_its_bag_verifies(own, name):
     """Position and attitude are another integrator's, and the run is repeated from the bag."""
-    satdyn(folder, 'simulate', f'{name}.yaml', '--duration', str(DURATION_S), '-o', name)
-    assert 'the same byte for byte' in satdyn(folder, 'verify', name)
-    satdyn(folder, 'export', name, '-o', f'{name}.csv')
-    with (folder / f'{name}.csv').open() as file:
+    own.satdyn('simulate', f'{name}.yaml', '--duration', str(DURATION_S), '-o', name)
+    assert 'the same byte for byte' in own.satdyn('verify', name)
+    own.satdyn('export', name, '-o', f'{name}.csv')
+    with (own.folder / f'{name}.csv').open() as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith('#')))
 
     def columns(*names):
@@ -125,25 +105,17 @@ def test_it_flies_and_its_bag_verifies(folder, name):
     np.testing.assert_allclose(nadir_i, expected, rtol=0.0, atol=1e-12)
 
 
-def test_what_theory_says(folder):
+def test_what_theory_says(own):
     """It knows no closed form there, and says so."""
     for name in ('circle', 'line'):
-        said = satdyn(folder, 'describe', f'{name}.yaml')
+        said = own.satdyn('describe', f'{name}.yaml')
         assert 'no closed form: the orbit is not a circle' in said
 
 
-def test_its_keys_belong_to_it(folder):
+def test_its_keys_belong_to_it(own):
     """With another type its key is refused, and the sentence names its own."""
-    text = (folder / 'circle.yaml').read_text()
-    (folder / 'other.yaml').write_text(text.replace('type: forced', 'type: kepler'))
-    found = satdyn(folder, 'describe', 'other.yaml', code=2)
+    text = (own.folder / 'circle.yaml').read_text()
+    (own.folder / 'other.yaml').write_text(text.replace('type: forced', 'type: kepler'))
+    found = own.satdyn('describe', 'other.yaml', code=2)
     assert 'orbit.turn_rate is 0.003; with orbit.type kepler only its default' in found
     assert 'it belongs to forced' in found
-
-
-def test_two_files_are_all(folder):
-    """Nothing of the package but the two files is other than it is shipped."""
-    names = {path.relative_to(folder) for path in (folder / 'satdyn_ros').rglob('*.py')}
-    shipped = {path.relative_to(ROOT) for path in (ROOT / 'satdyn_ros').rglob('*.py')}
-    assert names - shipped == {Path('satdyn_ros', 'orbits', name) for name in FILES}
-    assert all((folder / name).read_bytes() == (ROOT / name).read_bytes() for name in shipped)

@@ -1,19 +1,15 @@
 """A torque of the environment that one file adds, beside the others in a copy of the package."""
 
 import csv
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from package_with import PackageWith
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-ROOT = Path(__file__).parents[2]
 FILE = 'eddy_currents.py'
 # A sphere, on which gravity makes no torque.
 MOMENT, K, DURATION_S = 2.0, 1e5, 200
@@ -30,35 +26,19 @@ SHEET = {
 
 
 @pytest.fixture(scope='module')
-def folder(tmp_path_factory):
-    """Return a folder with the package and the one file, which processes then import."""
-    folder = tmp_path_factory.mktemp('own')
-    skipped = shutil.ignore_patterns('__pycache__')
-    shutil.copytree(ROOT / 'satdyn_ros', folder / 'satdyn_ros', ignore=skipped)
-    shutil.copy(Path(__file__).parent / FILE, folder / 'satdyn_ros' / 'torques')
-    lines = ''.join(f'    {key}: {value}\n' for key, value in SHEET.items())
-    text = f'/**:\n  ros__parameters:\n{lines.replace(chr(39), "")}'
-    (folder / 'sheet.yaml').write_text(text)
-    (folder / 'no_field.yaml').write_text(text.replace('dipole', 'none'))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('PYTHONPATH', f'{folder}{os.pathsep}{os.environ.get("PYTHONPATH", "")}')
-        yield folder
+def own(tmp_path_factory):
+    own = PackageWith(tmp_path_factory.mktemp('own'), Path(__file__).parent / FILE)
+    own.write('sheet', SHEET)
+    own.write('no_field', SHEET | {'environment.magnetic_field': 'none'})
+    return own
 
 
-def satdyn(folder, *arguments, code=0):
-    """Return what the command satdyn prints."""
-    command = [sys.executable, '-m', 'satdyn_ros.cli.main', *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout + done.stderr
-
-
-def test_it_flies_and_its_bag_verifies(folder):
+def test_it_flies_and_its_bag_verifies(own):
     """Its topic has k (omega x B) x B, and the rate under it is another integrator's."""
-    satdyn(folder, 'simulate', 'sheet.yaml', '--duration', str(DURATION_S), '-o', 'bag')
-    assert 'the same byte for byte' in satdyn(folder, 'verify', 'bag')
-    satdyn(folder, 'export', 'bag', '-o', 'bag.csv')
-    with (folder / 'bag.csv').open() as file:
+    own.satdyn('simulate', 'sheet.yaml', '--duration', str(DURATION_S), '-o', 'bag')
+    assert 'the same byte for byte' in own.satdyn('verify', 'bag')
+    own.satdyn('export', 'bag', '-o', 'bag.csv')
+    with (own.folder / 'bag.csv').open() as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith('#')))
 
     def columns(name, unit):
@@ -84,22 +64,14 @@ def test_it_flies_and_its_bag_verifies(folder):
     assert np.linalg.norm(omega[-1]) < 0.999 * np.linalg.norm(omega[0])
 
 
-def test_what_pages_and_warnings_say(folder):
+def test_what_pages_and_warnings_say(own):
     """The report has a panel of it; without its field its key has no effect, and that is said."""
-    satdyn(folder, 'report', 'bag', '-o', 'page.html')
-    assert 'torque of eddy currents' in (folder / 'page.html').read_text()
-    said = satdyn(folder, 'describe', 'no_field.yaml')
+    own.satdyn('report', 'bag', '-o', 'page.html')
+    assert 'torque of eddy currents' in (own.folder / 'page.html').read_text()
+    said = own.satdyn('describe', 'no_field.yaml')
     assert (
         'body.eddy_currents is given, but without environment.magnetic_field it has no effect'
         in said
     )
-    said = satdyn(folder, 'describe', 'sheet.yaml')
+    said = own.satdyn('describe', 'sheet.yaml')
     assert 'closed forms do not know the torque eddy_currents' in said
-
-
-def test_one_file_is_all(folder):
-    """Nothing of the package but the file is other than it is shipped."""
-    names = {path.relative_to(folder) for path in (folder / 'satdyn_ros').rglob('*.py')}
-    shipped = {path.relative_to(ROOT) for path in (ROOT / 'satdyn_ros').rglob('*.py')}
-    assert names - shipped == {Path('satdyn_ros', 'torques', FILE)}
-    assert all((folder / name).read_bytes() == (ROOT / name).read_bytes() for name in shipped)

@@ -11,6 +11,8 @@ from commands import motor_command, torque_command
 from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
 
 from satdyn_ros.bag import run_metadata
 from satdyn_ros.bag.read_run import RecordedRun
@@ -444,6 +446,24 @@ def test_more_than_rounding_is_a_difference_there_too(tmp_path, monkeypatch):
     verdict = aside(tmp_path, monkeypatch, 1e-11)
     assert not verdict.is_true
     assert verdict.difference.tick == 0
+
+
+def test_the_angle_of_a_rotor_rounds_no_more_than_the_attitude(tmp_path, monkeypatch):
+    """However fast it turns: 1e-9 rad more at one tick are a difference."""
+    here = run_metadata.machine()
+    with monkeypatch.context() as patch:
+        patch.setattr(run_metadata, 'machine', lambda *_: here | {'numba': '0.1'})
+        bag = flights.record(tmp_path / 'bag')
+
+    def change(topic, log_time, data):
+        if (topic, log_time) == ('/rotor', stamp(5)):
+            (angle,) = deserialize_message(data, JointState).position
+            data = data.replace(struct.pack('<d', angle), struct.pack('<d', angle + 1e-9))
+        return [(topic, log_time, data)]
+
+    assert verify(rewritten(bag, tmp_path / 'same.mcap', unchanged)).is_true
+    found = flights.difference(verify(rewritten(bag, tmp_path / 'off.mcap', change)))
+    assert (found.topic, found.tick, found.field) == ('/rotor', 5, 'position[0]')
 
 
 def test_the_same_machine_owes_the_same_bytes(tmp_path, monkeypatch):

@@ -89,11 +89,7 @@ class CoarseSunSensor(Sensor):
     def measure(
         self, ticks: range, states: States, memory: NoMemory
     ) -> tuple[Measurements, NoMemory]:
-        """
-        Return the illuminances [lx] (M,) measured along z.
-
-        ticks: consecutive, those of the rows of states.
-        """
+        """Return the illuminances [lx] (M,) measured along z."""
         samples = sampled(ticks, self.divisor)
         if not samples:
             return Measurements.prompt(as_array(samples), np.empty(0)), memory

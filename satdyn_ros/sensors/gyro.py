@@ -224,18 +224,7 @@ class Gyro(Sensor):
     def measure(
         self, ticks: range, states: States, memory: GyroMemory
     ) -> tuple[Measurements, GyroMemory]:
-        """
-        Return the body rates [rad/s] (M, 3) measured in sensor axes, and the new memory.
-
-        Parameters
-        ----------
-        ticks : range
-            consecutive, those of the rows of states
-        states : States
-            the truth
-        memory : GyroMemory
-            after the tick before them
-        """
+        """Return the body rates [rad/s] (M, 3) measured in sensor axes, and the new memory."""
         samples = sampled(ticks, self.divisor)
         first_row = samples.start - ticks.start
         turns_b = rest_b = None

@@ -158,18 +158,7 @@ class Magnetometer(Sensor):
     def measure(
         self, ticks: range, states: States, memory: BiasMemory
     ) -> tuple[Measurements, BiasMemory]:
-        """
-        Return the fields [T] (M, 3) measured in sensor axes, and the new memory.
-
-        Parameters
-        ----------
-        ticks : range
-            consecutive, those of the rows of states
-        states : States
-            the truth
-        memory : BiasMemory
-            after the tick before them
-        """
+        """Return the fields [T] (M, 3) measured in sensor axes, and the new memory."""
         samples = sampled(ticks, self.divisor)
         dipole, before = memory.dipole, None
         if any(self.torquer_coupling) and len(ticks):

@@ -172,9 +172,16 @@ class Sensor:
 
     def measure(self, ticks: range, states: States, memory: Any) -> tuple[Measurements, Any]:
         """
-        Return what it measures at consecutive ticks, those of the rows of states, and its memory.
+        Return what it measures, and its new memory.
 
-        memory: after the tick before them.
+        Parameters
+        ----------
+        ticks : range
+            consecutive, those of the rows of states
+        states : States
+            the truth
+        memory : object
+            after the tick before them
         """
         raise NotImplementedError
 

@@ -181,18 +181,7 @@ class StarTracker(Sensor):
     def measure(
         self, ticks: range, states: States, memory: StarTrackerMemory
     ) -> tuple[Measurements, StarTrackerMemory]:
-        """
-        Return the attitudes q_is (M, 4), sensor to inertial, and the exposures still waiting.
-
-        Parameters
-        ----------
-        ticks : range
-            consecutive, those of the rows of states
-        states : States
-            the truth
-        memory : StarTrackerMemory
-            after the tick before them
-        """
+        """Return attitudes q_is (M, 4), sensor to inertial, and the exposures still waiting."""
         exposed, q_is = memory.exposed, memory.q_is
         samples = sampled(ticks, self.divisor)
         if samples:

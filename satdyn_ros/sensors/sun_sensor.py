@@ -107,11 +107,7 @@ class SunSensor(Sensor):
     def measure(
         self, ticks: range, states: States, memory: NoMemory
     ) -> tuple[Measurements, NoMemory]:
-        """
-        Return the unit vectors to the Sun (M, 3) measured in sensor axes.
-
-        ticks: consecutive, those of the rows of states.
-        """
+        """Return the unit vectors to the Sun (M, 3) measured in sensor axes."""
         samples = sampled(ticks, self.divisor)
         if not samples:
             return Measurements.prompt(as_array(samples), np.empty((0, 3))), memory

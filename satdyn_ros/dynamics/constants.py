@@ -156,7 +156,7 @@ def write_driven(
     indices: Any,
     start_s: Any,
     line: Sequence[Triple],
-    applied_b: Triple,
+    applied_b: Iterable[Any],
     rotor_torque: Iterable[Any],
     own: Mapping[int, Any],
 ) -> None:
@@ -221,23 +221,23 @@ def turned_line(P: Triple, Q: Triple, f: Any) -> list[Triple]:
     return [[cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]]
 
 
-# What overflows in these two halts the propagation; a warning would come before its sentence.
-@np.errstate(over='ignore', invalid='ignore')
 def applied_by(
-    torque_b: np.ndarray, axes: Iterable[np.ndarray], rotor_torque: Iterable[Any]
-) -> np.ndarray:
+    torque_b: Iterable[Any], axes: Iterable[Iterable[Any]], rotor_torque: Iterable[Any]
+) -> tuple[Any, Any, Any]:
     """
-    Return the torque on the body (3,) [N m], from outside and from the motors of all rotors.
+    Return the torque on the body [N m], from outside and from the motors of all rotors.
 
-    Of K systems all of them have one more axis behind: (3, K), (3, K) of each rotor, (K,).
+    Vectors are three components each.  All are numbers, or of K systems columns (K,).
     """
-    applied = torque_b
-    for axis, torque in zip(axes, rotor_torque, strict=True):
+    x, y, z = torque_b
+    for (a, b, c), torque in zip(axes, rotor_torque, strict=True):
+        with_motor = x - torque * a, y - torque * b, z - torque * c
         if np.ndim(torque):
-            applied = np.where(torque == 0.0, applied, applied - torque * axis)
+            both = zip((x, y, z), with_motor, strict=True)
+            x, y, z = (np.where(torque == 0.0, before, after) for before, after in both)
         elif torque:
-            applied = applied - torque * axis
-    return applied
+            x, y, z = with_motor
+    return x, y, z
 
 
 def with_tables(
@@ -293,9 +293,11 @@ def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.nd
     return one, np.concatenate(rows, axis=1)
 
 
+# What overflows in these two halts the propagation; a warning would come before its sentence.
+@np.errstate(over='ignore', invalid='ignore')
 def _applied(system):
-    axes = (rotor.axis for rotor in system.rotors)
-    return applied_by(system.torque_b, axes, system.rotor_torque)
+    axes = (components(rotor.axis) for rotor in system.rotors)
+    return from_components(applied_by(components(system.torque_b), axes, system.rotor_torque))
 
 
 @np.errstate(over='ignore', invalid='ignore')

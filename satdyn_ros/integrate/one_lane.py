@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.constants import (
+    applied_by,
     constants_of,
     line_at,
     write_driven,
@@ -125,7 +126,7 @@ class OneLane:
             self._indices,
             start_s,
             line_at(system, start_s),
-            _applied_by(system.torque_b.tolist(), self._axes, rotor_torque.tolist()),
+            applied_by(system.torque_b.tolist(), self._axes, rotor_torque.tolist()),
             [rotor_torque[i] for i, _ in system.turning_rotors],
             torques,
         )
@@ -133,12 +134,3 @@ class OneLane:
         course.start_anew(system, start_s, drives)
         problem.settings[0, ANOMALY] = course.anomaly[0]
         problem.settings[0, HOLDS_UNTIL_S] = course.until_s
-
-
-def _applied_by(torque_b, axes, rotor_torque):
-    """Return what applied_by of constants.py does, of plain numbers, in a fifth of the time."""
-    x, y, z = torque_b
-    for (a, b, c), torque in zip(axes, rotor_torque, strict=True):
-        if torque:
-            x, y, z = x - torque * a, y - torque * b, z - torque * c
-    return x, y, z

@@ -158,7 +158,7 @@ class Relays:
             self._indices,
             start_s,
             self._line(at, anomaly),
-            applied_by(driven.torque_b[:, at], self._axes[:, :, at], driven.rotor_torque[:, at]),
+            self._applied(at, driven),
             driven.rotor_torque[self._turning][:, at],
             {i: _rows_of(constants, at) for i, constants in driven.own.items()},
         )
@@ -167,6 +167,11 @@ class Relays:
         settings[at, ANOMALY], settings[at, HOLDS_UNTIL_S] = anomaly, end_s[stays] - start_s
         problem.is_new[at], self.start_s[at] = BEGINS, start_s
         return left
+
+    # As in a motion alone, what overflows ends it in a sentence.
+    @np.errstate(over='ignore', invalid='ignore')
+    def _applied(self, at, driven):
+        return applied_by(driven.torque_b[:, at], self._axes[:, :, at], driven.rotor_torque[:, at])
 
     def _line(self, at, anomaly):
         if not self._kind.turns_axes:

@@ -22,6 +22,9 @@ _SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'
 # The newest messages alone, whatever was lost before: the publisher never waits for a page.  Two,
 # because of two nodes of one name that publish at one instant the newest is always the same's.
 _NEWEST = QoSProfile(depth=2, reliability=ReliabilityPolicy.BEST_EFFORT)
+# A command may be published once, as soon as its publisher is matched; that reaches no best-effort
+# subscription.
+_COMMANDS = QoSProfile(depth=_NEWEST.depth)
 
 _CLASSES = {
     'odometry': Odometry,
@@ -91,7 +94,10 @@ class Listener:
             if old is None or old.topic_name != topic:
                 self._leave(key)
                 self._subscriptions[key] = self._node.create_subscription(
-                    _CLASSES[key.partition('/')[0]], topic, lambda message: None, _NEWEST
+                    _CLASSES[key.partition('/')[0]],
+                    topic,
+                    lambda message: None,
+                    _COMMANDS if is_commanding(key) else _NEWEST,
                 )
         for key in self._subscriptions.keys() - found.keys():
             self._leave(key)

@@ -210,8 +210,19 @@ class Actuator(ABC):
             )
         }
 
-    def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return what continues here of what acts on another body; the rest is as in none."""
+    def kept(self, acting: Mapping[str, Any], others: Any, at_s: float) -> dict[str, Any]:
+        """
+        Return what continues here of what acts on another body; the rest is as in none.
+
+        Parameters
+        ----------
+        acting : dict
+            what acts, as of none
+        others : Actuator of this kind
+            those of the other body
+        at_s : s
+            the instant from tick 0, from which on it acts here
+        """
         found = {name: self.within(name, acting[name]) for name in self.none if name in acting}
         return {**self.none, **found}
 

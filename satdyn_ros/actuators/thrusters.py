@@ -209,9 +209,16 @@ class Thrusters(Actuator):
         """Return the torque of the thrusters as they fire."""
         return torque.firing([acting[name] for name in self.none])
 
-    def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
+    def kept(
+        self, acting: Mapping[str, Any], others: 'Thrusters', at_s: float
+    ) -> dict[str, Any]:
         """Return what continues on this body of what acts on another one."""
-        return {**self.none, **{name: acting[name] for name in self.none if name in acting}}
+        found = {
+            name: self._of(name).taking_over(acting[name], others._of(name), at_s)
+            for name in self.none
+            if name in acting
+        }
+        return {**self.none, **found}
 
     def to_plain(self, acting: Mapping[str, Any]) -> dict[str, Any]:
         """Return what acts as plain data."""

@@ -214,9 +214,9 @@ class Wheels(Actuator):
             'rotor_target': np.array(speeds, float),
         }
 
-    def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
+    def kept(self, acting: Mapping[str, Any], others: Any, at_s: float) -> dict[str, Any]:
         """Return what continues on this body of what acts on another one."""
-        kept = super().kept(acting)
+        kept = super().kept(acting, others, at_s)
         for name, label in self.rotors.items():
             rotor = self._rotors[label]
             if rotor.mode != 'motor' or (kept[name].speed is not None and not rotor.speed_gain):

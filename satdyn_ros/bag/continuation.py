@@ -183,7 +183,8 @@ def _motion_anew(
     kept = {n: x for n, x in state.inner.items() if n in scenario.system.inner_names}
     inner = {**begin.inner, **kept}
     equipment = scenario.equipment
-    acting = equipment.kept(simulation.acting)
+    at_s = simulation.ticks.seconds(simulation.tick)
+    acting = equipment.kept(simulation.acting, simulation.scenario.equipment, at_s)
     record = state_record(State(state.q_ib, state.omega_bi_b, speeds, angles, inner))
     return {
         'begin_tick': simulation.tick,

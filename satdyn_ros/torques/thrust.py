@@ -114,6 +114,16 @@ class Thruster(NamedTuple):
         *_, last = self.parts(firing._replace(switches_s=switches_s), at_s)
         return last
 
+    def taking_over(self, firing: Firing, other: 'Thruster', at_s: float) -> Firing:
+        """Return what this one does from an instant on [s] with another one's valve and impulse."""
+        if self == other:
+            return firing
+        *_, last = other.parts(firing, at_s)
+        force, impulse = map(float, other._at(last, at_s))
+        if not self.time_constant:
+            force = self.thrust * last.is_open
+        return Firing(at_s, force, impulse, last.is_open, last.switches_s)
+
     def ended(self, firing: Firing, at_s: float) -> Firing:
         """Return what is left of a firing where the valve closes and the chamber is empty."""
         *_, last = self.parts(firing, at_s)

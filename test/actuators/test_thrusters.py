@@ -10,6 +10,9 @@ import pytest
 import yaml
 from cases import REFERENCE
 
+from satdyn_ros.bag.continuation import begun_in_bag
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.propagation import Propagation
@@ -316,3 +319,29 @@ def test_a_pulse_ends_by_itself():
         commanded(Scenario(), pulse(1, a=0.1))
     entries = commanded(scenario, pulse(1, a=0.1))
     assert events.from_yaml_text(events.to_yaml(entries), scenario) == entries
+
+
+@pytest.mark.parametrize('time_constant', [0.0, 0.3])
+def test_a_pulse_goes_on_with_another_thrust(tmp_path, time_constant):
+    """
+    Where a run goes on from a bag with another engine, its impulse is that which turns the body.
+
+    Without a time constant it is the old thrust up to then and the new one from then on.
+    """
+    scenario = Scenario(PAIR | {'thruster.a.time_constant': time_constant})
+    begun = tmp_path / 'begun'
+    for _ in simulate(scenario, 1.5, begun, commanded(scenario, pulse(0.5, a=3.0))):
+        pass
+    weaker = scenario.with_values({'thruster.a.thrust': 1.0, 'thruster.a.time_constant': 0.0})
+    onward, begin = begun_in_bag(weaker, begun, 1.25)
+    for _ in simulate(onward, 3.0, tmp_path / 'onward', begin=begin):
+        pass
+    assert verify(tmp_path / 'onward').same_bytes
+    simulation = Simulation.from_snapshot(onward, begin)
+    assert simulation.next_tick == 13
+    state, thrust, used = state_at(flown(simulation, 43), 42)
+    assert thrust['a'] == 0.0
+    impulse = used['a'] * 9.80665 * 50.0
+    assert state.omega_bi_b[0] == pytest.approx(0.5 * impulse / 2.0, rel=1e-12)
+    if not time_constant:
+        assert impulse == pytest.approx(3.0 * (1.3 - 0.5) + 1.0 * (3.5 - 1.3), rel=1e-12)

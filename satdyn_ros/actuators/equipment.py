@@ -109,9 +109,7 @@ class Equipment:
         """Return whether what is commanded under a name holds until the next command."""
         return self.of_name[name].is_held
 
-    def kept(
-        self, acting: Mapping[str, Any], others: 'Equipment', at_s: float
-    ) -> dict[str, Any]:
+    def kept(self, acting: Mapping[str, Any], others: 'Equipment', at_s: float) -> dict[str, Any]:
         """Return what continues on this body of what acts on another one, as of Actuator.kept."""
         pairs = zip(self.actuators, others.actuators, strict=True)
         return {n: x for each, other in pairs for n, x in each.kept(acting, other, at_s).items()}

@@ -209,9 +209,7 @@ class Thrusters(Actuator):
         """Return the torque of the thrusters as they fire."""
         return torque.firing([acting[name] for name in self.none])
 
-    def kept(
-        self, acting: Mapping[str, Any], others: 'Thrusters', at_s: float
-    ) -> dict[str, Any]:
+    def kept(self, acting: Mapping[str, Any], others: 'Thrusters', at_s: float) -> dict[str, Any]:
         """Return what continues on this body of what acts on another one."""
         found = {
             name: self._of(name).taking_over(acting[name], others._of(name), at_s)

@@ -20,8 +20,18 @@ def modes_of(values: Mapping[str, Any]) -> tuple[InnerMode, ...]:
 
 
 def checks_of_kinds(values: Mapping[str, Any]) -> Checks:
-    """Check what the values of modes may not be together, by their kinds."""
+    """Check what the values of modes may not be together, by their kinds, and their names."""
+    seen: dict[str, str] = {}
     for kind in MODE_KINDS:
+        key = kind.names.name
+        for name in values[key]:
+            # The columns of tables have only the name.
+            if (yield name in seen):
+                raise ValueError(
+                    f'{key} has {name!r}, which is in {seen[name]} too; each mode needs a name of '
+                    'its own'
+                )
+            seen[name] = key
         yield from kind.checks(values)
 
 

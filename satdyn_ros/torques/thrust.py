@@ -115,7 +115,7 @@ class Thruster(NamedTuple):
         return last
 
     def taking_over(self, firing: Firing, other: 'Thruster', at_s: float) -> Firing:
-        """Return what this one does from an instant on [s] with another one's valve and impulse."""
+        """Return what this one does from an instant [s] on with the valve of another one."""
         if self == other:
             return firing
         *_, last = other.parts(firing, at_s)

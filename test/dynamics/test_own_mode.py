@@ -67,6 +67,7 @@ def own(tmp_path_factory):
     own = PackageWith(tmp_path_factory.mktemp('own'), Path(__file__).parent / FILE)
     own.write('sheet', SHEET)
     own.write('heavy', SHEET | {'hardening.boom.coupling': [0.2, 1.5, 0.1]})
+    own.write('namesakes', SHEET | {'hardening.names': ['panel', 'boom']})
     return own
 
 
@@ -111,8 +112,10 @@ def test_what_it_conserves_and_how_it_is_commanded(own):
 
 
 def test_what_sentences_say(own):
-    """Closed forms do not know it, and the body must have the inertia that it takes."""
+    """Closed forms do not know it; it takes of the body's inertia; each mode has its own name."""
     said = own.satdyn('describe', 'sheet.yaml')
     assert 'closed forms do not know the flexible parts panel, boom' in said
     said = own.satdyn('describe', 'heavy.yaml', code=2)
     assert 'hardening.boom.coupling is [0.2, 1.5, 0.1], of length' in said
+    said = own.satdyn('describe', 'namesakes.yaml', code=2)
+    assert "hardening.names has 'panel', which is in flexible.names too; each mode needs" in said

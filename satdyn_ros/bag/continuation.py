@@ -8,6 +8,7 @@ import numpy as np
 
 from ..actuators import ACTUATORS
 from ..base import nanoseconds
+from ..base.sentences import distinct_texts
 from ..dynamics.system import State
 from ..exchange.aem_reader import attitude_at
 from ..kernel import rotation
@@ -21,6 +22,7 @@ from ..torques import ENVIRONMENT_TORQUES
 from .read_run import RecordedRun
 from .run_recorder import BLOCK_TICKS
 
+_ROUNDING = 1e-9
 # What a motion follows from, besides its state.
 _OF_MOTION = (
     'body.',
@@ -55,7 +57,8 @@ def begun_in_bag(
     Raises
     ------
     ValueError
-        the bag has no such tick, or another rate or epoch is asked for
+        the bag has no such tick, another rate or epoch is asked for, or a rotor turns faster than
+        it may
     """
     run = RecordedRun(bag)
     _check_ticks(scenario, run)
@@ -69,7 +72,9 @@ def begun_in_bag(
     before = run.scenario.values
     kept = {key for key, value in scenario.values.items() if before.get(key) == value}
     if {key for key in scenario.values if key.startswith(_OF_MOTION)} - kept:
-        snapshot |= _motion_anew(scenario, simulation, snapshot['until'])
+        acted = simulation.scenario.equipment.to_plain(simulation.acting)
+        others = {name: part for name, part in snapshot.items() if name not in acted}
+        snapshot = others | _motion_anew(scenario, simulation, snapshot['until'])
         snapshot['sensors'] = simulation.sensors_of_a_new_motion.to_plain()
     snapshot['conditions'] = {
         key: value for key, value in snapshot['conditions'].items() if key in kept
@@ -180,6 +185,13 @@ def _motion_anew(
         if k is None or not (rotor.turns_freely and simulation.system.rotors[k].turns_freely):
             continue
         speeds[i], angles[i] = state.rotor_speed[k], state.rotor_angle[k]
+        # A rotor that is at its limit is there to rounding.
+        if 0.0 < rotor.max_speed * (1.0 + _ROUNDING) < abs(speeds[i]):
+            given, most = distinct_texts(abs(speeds[i]), rotor.max_speed)
+            raise ValueError(
+                f'max_speed of the rotor {rotor.label} is {most} rad/s; the run continues at '
+                f'{given} rad/s, beyond it'
+            )
     kept = {n: x for n, x in state.inner.items() if n in scenario.system.inner_names}
     inner = {**begin.inner, **kept}
     equipment = scenario.equipment

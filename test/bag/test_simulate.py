@@ -15,6 +15,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from run.test_one_mind import EPHEMERIS
 
+from satdyn_ros.actuators.wheels import Motor
 from satdyn_ros.bag import continuation, run_recorder, simulate
 from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.read_run import RecordedRun
@@ -25,6 +26,7 @@ from satdyn_ros.base import nanoseconds
 from satdyn_ros.base.interruption import Terminated, interruptible
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import KeplerOrbit
+from satdyn_ros.run import events
 from satdyn_ros.run.events import Request, Reset, Timeout, Topics
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -325,6 +327,34 @@ def test_another_body_goes_on_in_the_state_of_the_bag(tmp_path):
         np.testing.assert_array_equal(getattr(samples.states[0], name), getattr(run.state, name))
     np.testing.assert_array_equal(samples.system.torque_b, [0.1, 0.0, 0.0])
     assert (happened, simulation.advance(1)[0]) == ([], [Timeout(70, 'torque')])
+
+
+def test_a_commanded_speed_goes_on_where_the_wheel_can_follow_it(tmp_path):
+    """Without a speed gain nothing acts any more; a wheel beyond its limit is refused."""
+    wheel = {
+        'orbit.type': 'fixed',
+        'publish.rate': 10.0,
+        'rotor.names': ['w'],
+        'rotor.w.mode': 'motor',
+        'rotor.w.inertia': 0.01,
+        'rotor.w.speed': 50.0,
+        'rotor.w.max_torque': 0.05,
+        'rotor.w.speed_gain': 0.1,
+    }
+    scenario = Scenario(wheel)
+    commanded = events.from_yaml_text('[{tick: 1, rotor_speed: {w: 90.0}, until_s: 18}]', scenario)
+    bag = recorded(scenario, 15, tmp_path / 'bag', commanded)
+    strong = scenario.with_values({'rotor.w.max_torque': 0.5})
+    without = scenario.with_values({'rotor.w.speed_gain': 0.0})
+    acting = []
+    for n, other in enumerate((scenario, strong, without)):
+        onward, begin = continuation.begun_in_bag(other, bag, 5)
+        acting.append(Simulation.from_snapshot(onward, begin).acting['rotor_command.w'])
+        assert verify(recorded(onward, 5, tmp_path / str(n), begin=begin)).same_bytes
+    assert acting == [Motor(0.0, 90.0), Motor(0.0, 90.0), Motor(0.0)]
+    slow = scenario.with_values({'rotor.w.max_speed': 60.0})
+    with pytest.raises(ValueError, match='max_speed of the rotor w is 60 rad/s; the run contin'):
+        continuation.begun_in_bag(slow, bag, 5)
 
 
 def test_torques_with_names_go_on_from_a_bag(tmp_path):

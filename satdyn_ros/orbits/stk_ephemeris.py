@@ -117,13 +117,21 @@ class _Header(NamedTuple):
 
     def words(self, at: Decimal, words: list[str], leaps: dict[int, int]) -> list[str]:
         """Return the words of a row at a time [s past the epoch] as those of an OEM."""
-        stamp = self.begin_ns + int((at * SECOND_NS).to_integral_value())
-        # A stamp does not count the leap seconds that have gone by.
-        stamp -= sum(step for after, step in leaps.items() if after <= stamp - step)
+        instant = _instant(self.begin_ns + int((at * SECOND_NS).to_integral_value()), leaps)
         scaled = [
             word if number(word) is None else str(Decimal(word) * self.to_km) for word in words
         ]
-        return [epoch(stamp), *scaled]
+        return [instant, *scaled]
+
+
+def _instant(stamp: int, leaps: dict[int, int]) -> str:
+    """Return the epoch of an instant, given the stamp that it would have without leap seconds."""
+    for after, step in leaps.items():
+        if stamp >= after + step:
+            stamp -= step
+        elif stamp >= after and step == SECOND_NS:
+            return epoch(stamp - step).replace(':59.', ':60.')
+    return epoch(stamp)
 
 
 def _header(said: dict[str, tuple[str, int]]) -> _Header:

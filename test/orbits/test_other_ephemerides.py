@@ -8,6 +8,7 @@ from exchange.readers import by_orekit
 from numpy.testing import assert_allclose, assert_array_equal
 from orbits.test_ephemeris import EPOCH_NS, KEPLER, at, read, segment
 
+from satdyn_ros.base.nanoseconds import stamp_ns
 from satdyn_ros.orbits.ephemeris import EphemerisOrbit
 from satdyn_ros.run.scenario import Scenario
 
@@ -148,6 +149,16 @@ def test_what_says_nothing_of_place_and_velocity_is_left_out():
     found = EphemerisOrbit(more, EPOCH_NS).position_velocity(T_S)
     for values, same in zip(found, right, strict=True):
         assert_array_equal(values, same)
+
+
+def test_a_row_of_stk_may_be_in_a_leap_second():
+    """Its times are seconds that go by: the orbit is where it is that long after the epoch."""
+    text = as_stk(MINUTES[2:] + 0.25).replace('01 Mar 2026 12:00', '31 Dec 2016 23:50')
+    orbit = EphemerisOrbit(text, stamp_ns('2016-12-31T23:50:00'))
+    t_s = np.array([595.0, 599.9, 600.0, 630.0, 1200.0])
+    found, _ = orbit.position_velocity(t_s)
+    right, _ = KEPLER.position_velocity(t_s + (t_s >= 600.0))
+    assert_allclose(found, right, rtol=0.0, atol=1.0)
 
 
 @pytest.mark.parametrize('twice', [True, False])

@@ -75,6 +75,23 @@ def leap_seconds_between(begin_ns: int, end_ns: int) -> dict[int, int]:
     return dict(zip(begins_ns[inside].tolist(), steps_ns[inside].tolist(), strict=True))
 
 
+def elapsed_ns(begin_ns: int, stamps_ns: np.ndarray) -> np.ndarray:
+    """
+    Return how much later than a stamp others are [ns], (N,), leap seconds among it.
+
+    Parameters
+    ----------
+    begin_ns : ns
+        the stamp
+    stamps_ns : (N,), ns
+        those that follow on it, at least one
+    """
+    found = stamps_ns - begin_ns
+    for at_ns, step_ns in leap_seconds_between(begin_ns, int(np.max(stamps_ns))).items():
+        found = found + step_ns * (stamps_ns >= at_ns)
+    return found
+
+
 def _leap_seconds():
     """Return the stamps [ns] from which on TAI - UTC is what [ns], both (N,)."""
     with brought_by('environment', 'pyerfa'):

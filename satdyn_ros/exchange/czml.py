@@ -13,6 +13,7 @@ from typing import TextIO
 import numpy as np
 
 from ..base.nanoseconds import SECOND_NS, epoch
+from ..environment.earth import elapsed_ns
 
 _DEGREE = 5
 # How long a part of the path is shown behind the satellite [s].
@@ -69,7 +70,8 @@ class CzmlWriter:
         if self._epoch_ns is None:
             self._begin(int(stamps_ns[0]))
         assert self._epoch_ns is not None
-        t_s = (stamps_ns - self._epoch_ns) / SECOND_NS
+        # CesiumJS counts seconds past an epoch in TAI.
+        t_s = elapsed_ns(self._epoch_ns, stamps_ns) / SECOND_NS
         position = self._samples('cartesian', t_s, r_t)
         attitude = self._samples('unitQuaternion', t_s, q_tb, 1)
         track = self._samples(

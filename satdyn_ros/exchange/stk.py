@@ -3,7 +3,7 @@ The attitude file of STK (.a), AttitudeTimeQuaternions or AttitudeTimeQuatAngVel
 
 Its quaternion, vector part first, gives the rotation that takes the coordinate axes to the body's
 axes: the numbers of q_ib.  Rates are those of the body relative to the coordinate axes, in body
-axes and deg/s; times are seconds past ScenarioEpoch, in UTC.
+axes and deg/s; times are seconds past ScenarioEpoch, leap seconds among them.
 """
 
 from datetime import datetime, timezone
@@ -12,6 +12,7 @@ from typing import TextIO
 import numpy as np
 
 from ..base.nanoseconds import SECOND_NS
+from ..environment.earth import elapsed_ns
 from .ccsds import Subject
 
 _AXES = {'EME2000': 'J2000', 'J2000': 'J2000', 'GCRF': 'ICRF', 'ICRF': 'ICRF'}
@@ -57,7 +58,8 @@ class StkAttitudeWriter:
             return
         if self._epoch_ns is None:
             self._begin(int(stamps_ns[0]))
-        seconds, nanoseconds = np.divmod(stamps_ns - self._epoch_ns, SECOND_NS)
+        assert self._epoch_ns is not None
+        seconds, nanoseconds = np.divmod(elapsed_ns(self._epoch_ns, stamps_ns), SECOND_NS)
         values = np.hstack([q_ib, np.degrees(omega_bi_b)]) if self._with_rates else q_ib
         row = '%d.%09d' + ' %.16e' * values.shape[1] + '\n'
         table = zip(seconds.tolist(), nanoseconds.tolist(), *values.T.tolist(), strict=True)

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from satdyn_ros import Scenario
 from satdyn_ros.bag.export import Options, export, table
-from satdyn_ros.base.nanoseconds import epoch
+from satdyn_ros.base.nanoseconds import epoch, stamp_ns
+from satdyn_ros.exchange.czml import CzmlWriter
 
 pytest.importorskip('erfa')
 
@@ -114,6 +115,23 @@ def test_packets_are_joined_however_many(bag, tmp_path):
         for t in packet['orientation']['unitQuaternion'][::5]
     ]  # fmt: skip
     assert times == list(range(601))
+
+
+def test_seconds_past_the_epoch_count_a_leap_second(tmp_path):
+    """CesiumJS adds them up in TAI: by IERS Bulletin C 52 23:59:58 is 3 s before 00:00:00."""
+    begin_ns = stamp_ns('2016-12-31T23:59:58')
+    with open(tmp_path / 'leap.czml', 'w+') as file:
+        writer = CzmlWriter(file, 'SAT')
+        writer.write(
+            begin_ns + 10**9 * np.arange(4),
+            np.full((4, 3), 7e6),
+            np.tile([0.0, 0.0, 0.0, 1.0], (4, 1)),
+            np.zeros(4),
+            np.zeros(4),
+        )
+        writer.close()
+    packets = json.loads((tmp_path / 'leap.czml').read_text())
+    assert packets[3]['position']['cartesian'][::4] == [0, 1, 3, 4]
 
 
 def test_what_is_not_above_the_earth_is_refused(tmp_path):

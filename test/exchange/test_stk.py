@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from satdyn_ros.base.nanoseconds import stamp_ns
 from satdyn_ros.exchange.ccsds import Subject
 from satdyn_ros.exchange.stk import StkAttitudeWriter
 from satdyn_ros.kernel import rotation
@@ -70,3 +71,21 @@ def test_the_header_counts_the_rows(tmp_path, count):
     """Which is filled in at the end."""
     found = write(tmp_path / 'count.a', count=count)
     assert int(found['count']) == len(found['rows'].splitlines()) == count
+
+
+def test_seconds_past_the_epoch_count_a_leap_second(tmp_path):
+    """By IERS Bulletin C 52 the last of 2016 is 23:59:60: 00:00:00 is 11 s after 23:59:50."""
+    pytest.importorskip('erfa')
+    begin_ns = stamp_ns('2016-12-31T23:59:50')
+    with open(tmp_path / 'leap.a', 'w+') as file:
+        writer = StkAttitudeWriter(file, Subject('SAT'))
+        for stamps_s in ([0, 9], [10, 11]):
+            writer.write(
+                begin_ns + 10**9 * np.array(stamps_s),
+                np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)),
+                np.zeros((2, 3)),
+            )
+        writer.close()
+    found = GRAMMAR.fullmatch((tmp_path / 'leap.a').read_text())
+    assert found is not None
+    assert [float(row.split()[0]) for row in found['rows'].splitlines()] == [0, 9, 11, 12]

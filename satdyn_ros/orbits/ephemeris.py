@@ -479,7 +479,10 @@ def _time_system(metadata):
 def _numbers(row):
     """Return position [km] and velocity [km/s] of a row."""
     words = row.words[1:]
-    if len(words) in _ROW_LENGTHS and _NUMBERS.fullmatch(f' {" ".join(words)}'):
+    joined = f' {" ".join(words)}'
+    # In XML a word may hold a blank.
+    is_row = len(words) in _ROW_LENGTHS and joined.count(' ') == len(words)
+    if is_row and _NUMBERS.fullmatch(joined):
         numbers = [float(word) for word in words]
         if all(map(math.isfinite, numbers)):
             return numbers[:6]

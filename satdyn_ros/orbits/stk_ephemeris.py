@@ -1,5 +1,6 @@
 """The ephemeris file of STK (.e), with velocities, read as the rows of an OEM."""
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from decimal import Decimal
@@ -118,9 +119,8 @@ class _Header(NamedTuple):
     def words(self, at: Decimal, words: list[str], leaps: dict[int, int]) -> list[str]:
         """Return the words of a row at a time [s past the epoch] as those of an OEM."""
         instant = _instant(self.begin_ns + int((at * SECOND_NS).to_integral_value()), leaps)
-        scaled = [
-            word if number(word) is None else str(Decimal(word) * self.to_km) for word in words
-        ]
+        values = [(word, _decimal(word)) for word in words]
+        scaled = [word if value is None else str(value * self.to_km) for word, value in values]
         return [instant, *scaled]
 
 
@@ -179,9 +179,19 @@ def _leap_seconds(begin_ns: int, last_s: Decimal) -> dict[int, int]:
 
 
 def _seconds(word: str, line: int) -> Decimal:
-    if number(word) is None or not abs(Decimal(word)) < _FURTHEST_S:
+    value = _decimal(word)
+    if value is None or not abs(value) < _FURTHEST_S:
         raise ValueError(f'line {line}: {word} is no time in seconds')
-    return Decimal(word)
+    return value
+
+
+def _decimal(word: str) -> Decimal | None:
+    """Return the number that a word is, None: it is none, or beyond the range of doubles."""
+    value = number(word)
+    if value is None or not math.isfinite(value):
+        return None
+    # A decimal may have no exponent as small as that of a double that is zero.
+    return Decimal(word) if value else Decimal(repr(value))
 
 
 def _epoch_ns(text: str, line: int) -> int:

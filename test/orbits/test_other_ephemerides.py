@@ -101,6 +101,7 @@ def test_orekit_reads_the_same_xml(tmp_path):
         ),
         ('>EARTH<', '>MARS<', 'line 5: CENTER_NAME is MARS'),
         ('<X>', '<X units="m">', 'line 7: X is in m, which is not read'),
+        ('</X_DOT>', ' 1</X_DOT>', 'line 7: the row at .* does not hold 6 numbers'),
         ('</X_DOT>', 'x</X_DOT>', 'line 7: the row at .* does not hold 6 numbers'),
     ],
 )
@@ -246,6 +247,12 @@ def test_a_file_in_xml_becomes_the_shorter_notation(tmp_path):
         ('EphemerisTimePosVel', 'EphemerisTimePos', 'line 12: it has EphemerisTimePos; supported'),
         (' 6.00000000000000e+01 ', ' x ', 'line 17: x is no time in seconds'),
         (' 6.00000000000000e+01 ', ' 1e300 ', 'line 17: 1e300 is no time in seconds'),
+        (' 6.00000000000000e+01 ', f' 1e{"9" * 20} ', 'line 17: 1e9+ is no time in seconds'),
+        (
+            ' 6.00000000000000e+01 ',
+            f' 60 1e{"9" * 12} ',
+            'line 17: the row at .* does not hold 6 numbers',
+        ),
         (' 6.00000000000000e+01 ', ' 0.0 ', 'line 17: the row at .* is not later than'),
         ('BEGIN Ephemeris', 'BEGIN Attitude', 'line 4: BEGIN Attitude is not read'),
     ],

@@ -40,6 +40,8 @@ def _matrices(count):
 _NODES, _TWICE, _AT_NODES, _AT_END = _matrices(18)
 # Each gains a factor of 100 and more; what is left after ten is rounding.
 _ITERATIONS = 12
+# Of the distance: where the last one still changes more, deep in the body, there is no end to it.
+_LEAST_LEFT = 1e-9
 # Between the pieces whose starts are kept for good, half a day of a low orbit apart.
 _MARK = 100
 
@@ -119,8 +121,16 @@ class OblateOrbit(OrbitSource):
         half_s = self.stretches[0].length_s / 2.0
         unforced = r_0 + half_s * v_0 * (_NODES[:, None] + 1.0)
         forced = half_s**2 * self.acceleration(unforced)
+        before = forced
         for _ in range(_ITERATIONS):
+            before = forced
             forced = half_s**2 * self.acceleration(unforced + _AT_NODES @ forced)
+        left, r = np.max(np.abs(_AT_NODES @ (forced - before))), np.linalg.norm(r_0)
+        if not left <= _LEAST_LEFT * r:
+            raise ValueError(
+                f'with orbit.j2 {self.j2:g} the orbit comes too near to the centre, to '
+                f'{r / 1e3:.4g} km, to be integrated'
+            )
         terms = _TWICE @ forced
         end = r_0 + 2.0 * half_s * v_0 + np.sum(terms, axis=0), v_0 + _AT_END @ forced / half_s
         terms[0] += r_0 + half_s * v_0

@@ -127,3 +127,21 @@ def test_it_can_be_asked_in_any_order_and_before_tick_0():
     np.testing.assert_array_equal(found[::-1], right)
     r_i, curvature = ahead.pieces.values(t_s, POSITION), ahead.pieces.values(t_s, CURVATURE)
     assert_allclose(curvature, source.acceleration(r_i), rtol=0.0, atol=1e-10)
+
+
+def test_an_orbit_into_the_centre_is_refused_there():
+    """
+    Where J2 outgrows the attraction the line to the centre has no end in time.
+
+    Up to there the energy, whose potential the textbook gives, is constant; before, the orbit went
+    on with ten thousand times as much.
+    """
+    start = KeplerOrbit(EARTH_MU, 7.0e6, 0.97, 0.3, 0.3, -1.0, 3.0)
+    orbit = TabledOrbit(OblateOrbit(start))
+    r_i, v_i = orbit.position_velocity(np.linspace(0.0, 4653.0, 500))
+    r, z = np.linalg.norm(r_i, axis=1), r_i[:, 2]
+    oblate = EARTH_J2 * (EARTH_RADIUS_M / r) ** 2 * (1.5 * (z / r) ** 2 - 0.5)
+    energy = np.sum(v_i * v_i, axis=1) / 2.0 - EARTH_MU / r * (1.0 - oblate)
+    assert_allclose(energy, energy[0], rtol=1e-9)
+    with pytest.raises(ValueError, match=r'^with orbit\.j2 0\.00108263 the orbit comes too near'):
+        orbit.position_velocity(np.array([4700.0]))

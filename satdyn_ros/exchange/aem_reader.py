@@ -17,6 +17,7 @@ from ..base.kvn import KvnRow, by_segment, kvn_rows
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..base.ndm_xml import is_xml, xml_rows
 from ..base.regular_file import regular_file
+from ..environment.file_clock import Clock, Time
 from ..kernel import rotation
 from .aem_types import NUMBER_NAMES, Meaning
 
@@ -48,7 +49,7 @@ class AttitudeFile:
     """
     The attitudes in an AEM.
 
-    Between an inertial frame and SC_BODY, in either direction.  Between rows it is as
+    Between an inertial frame and SC_BODY, in either direction.  Between rows, in TAI, it is as
     INTERPOLATION_METHOD says, without it a steady turn (slerp), the rates along a line; where the
     file has rates, of the turns that lead to the next row the one that they mean.  ValueError: the
     file is none, or has what is not read; with file and line.
@@ -128,25 +129,21 @@ class _Segment:
     def __init__(self, rows: Sequence[KvnRow]):
         self._metadata = rows[0].metadata
         how = Meaning(self._metadata, rows[0].version)
-
-        def stamps(epochs):
-            given = [_stamp(text, line) for text, line in epochs]
-            return how.to_utc(np.array(given, np.int64)).tolist()
-
-        self._first_ns, self._last_ns = (
-            stamps([(self._metadata[keyword], self._metadata.lines[keyword])])[0]
-            if keyword in self._metadata
-            else None
-            for keyword in ('USEABLE_START_TIME', 'USEABLE_STOP_TIME')
-        )
-        stamps_ns = stamps((row.words[0], row.line) for row in rows)
-        for row, (before_ns, after_ns) in zip(rows[1:], pairwise(stamps_ns), strict=True):
+        times = [Time(row.words[0], row.line) for row in rows]
+        self._clock = Clock(how.time_system, times)
+        tai_ns = [self._clock.tai_ns(time) for time in times]
+        for row, (before_ns, after_ns) in zip(rows[1:], pairwise(tai_ns), strict=True):
             if after_ns <= before_ns:
                 raise ValueError(
                     f'line {row.line}: the row at {row.words[0]} is not later than the one before'
                 )
-        self._stamps_ns = np.array(stamps_ns, np.int64)
-        self.begin_ns, self.end_ns = stamps_ns[0], stamps_ns[-1]
+        self._tai_ns = np.array(tai_ns, np.int64)
+        self.begin_ns, self.end_ns = map(self._clock.stamp_ns, (tai_ns[0], tai_ns[-1]))
+        # A last row in a leap second is before the stamp that follows on it.
+        self.end_ns -= self._clock.at_stamp(self.end_ns) > tai_ns[-1]
+        self._first_ns, self._last_ns = map(
+            self._said, ('USEABLE_START_TIME', 'USEABLE_STOP_TIME')
+        )
         q_ib, omega_bi_b = how.attitudes(np.array([how.numbers(row) for row in rows]), rows)
         # The nearer one of the two that are the same attitude.
         is_opposite = np.sum(q_ib[1:] * q_ib[:-1], axis=-1) < 0.0
@@ -154,6 +151,13 @@ class _Segment:
         self.has_rates = omega_bi_b is not None
         self._q_ib = q_ib
         self._omega_bi_b = np.zeros((len(q_ib), 3)) if omega_bi_b is None else omega_bi_b
+
+    def _said(self, keyword):
+        """Return the stamp that a keyword gives, None: there is none."""
+        if keyword not in self._metadata:
+            return None
+        time = Time(self._metadata[keyword], self._metadata.lines[keyword])
+        return self._clock.stamp_ns(self._clock.tai_ns(time))
 
     def holds(self, at_ns: int) -> bool:
         """Whether a stamp is between its rows, and in USEABLE_START_TIME to USEABLE_STOP_TIME."""
@@ -170,16 +174,17 @@ class _Segment:
 
     def at(self, at_ns: int) -> tuple[np.ndarray, np.ndarray]:
         """Return attitude and rate at a stamp between the first row and the last."""
-        i = int(np.searchsorted(self._stamps_ns, at_ns, side='right')) - 1
-        if self.has_rates and self._stamps_ns[i] == at_ns:
+        at_ns = self._clock.at_stamp(at_ns)
+        i = int(np.searchsorted(self._tai_ns, at_ns, side='right')) - 1
+        if self.has_rates and self._tai_ns[i] == at_ns:
             return self._q_ib[i], self._omega_bi_b[i]
-        if len(self._stamps_ns) == 1:
+        if len(self._tai_ns) == 1:
             return self._q_ib[0], np.zeros(3)
         method, window = self._method()
-        i = min(i, len(self._stamps_ns) - 2)
+        i = min(i, len(self._tai_ns) - 2)
         if method == 'LINEAR':
             return self._turned(i, at_ns)
-        first = min(max(0, i + 1 - window // 2), len(self._stamps_ns) - window)
+        first = min(max(0, i + 1 - window // 2), len(self._tai_ns) - window)
         return self._on_polynomial(slice(first, first + window), at_ns, method == 'HERMITE')
 
     def _method(self):
@@ -205,17 +210,17 @@ class _Segment:
         degree = int(text)
         # Hermite's polynomial through n rows has the degree 2 n - 1.
         window = max(2, degree // 2 + 1 if method == 'HERMITE' else degree + 1)
-        if window > len(self._stamps_ns):
+        if window > len(self._tai_ns):
             raise ValueError(
-                f'line {lines["META_START"]}: a segment has {len(self._stamps_ns)} rows; '
+                f'line {lines["META_START"]}: a segment has {len(self._tai_ns)} rows; '
                 f'interpolation of degree {degree} needs {window}'
             )
         return method, window
 
     def _turned(self, i, at_ns):
         """Return attitude and rate on the way from a row to the next by a steady turn."""
-        step_s = (self._stamps_ns[i + 1] - self._stamps_ns[i]) / SECOND_NS
-        part = (at_ns - self._stamps_ns[i]) / (self._stamps_ns[i + 1] - self._stamps_ns[i])
+        step_s = (self._tai_ns[i + 1] - self._tai_ns[i]) / SECOND_NS
+        part = (at_ns - self._tai_ns[i]) / (self._tai_ns[i + 1] - self._tai_ns[i])
         before, after = self._q_ib[i], self._q_ib[i + 1]
         turn = rotation.to_vector(rotation.multiply(rotation.conjugate(before), after))
         rate = turn / step_s
@@ -234,7 +239,7 @@ class _Segment:
         """Return attitude and rate on the polynomial of the components through some rows."""
         from scipy.interpolate import KroghInterpolator
 
-        times_s = (self._stamps_ns[rows] - at_ns) / SECOND_NS
+        times_s = (self._tai_ns[rows] - at_ns) / SECOND_NS
         q_ib = self._q_ib[rows]
         if is_hermite:
             spin = np.hstack([self._omega_bi_b[rows], np.zeros((len(q_ib), 1))])
@@ -249,13 +254,6 @@ class _Segment:
         if self.has_rates and not is_hermite:
             rate = KroghInterpolator(times_s, self._omega_bi_b[rows])(0.0)
         return rotation.normalise(q), rate
-
-
-def _stamp(text, line):
-    try:
-        return stamp_ns(text)
-    except ValueError as error:
-        raise ValueError(f'line {line}: {error}') from None
 
 
 def _rows(text):

@@ -72,8 +72,7 @@ class Meaning:
         system = value('TIME_SYSTEM')
         if system not in TO_UTC:
             self._refuse('TIME_SYSTEM', system, f'supported: {", ".join(TO_UTC)}')
-        # Turns stamps (N,), counted in the time system of the file, into stamps.
-        self.to_utc = TO_UTC[system]
+        self.time_system = system
         frames = value('REF_FRAME_A'), value('REF_FRAME_B')
         are_body = [frame.startswith('SC_BODY') for frame in frames]
         if sum(are_body) != 1 or not is_inertial(frames[are_body.index(False)]):

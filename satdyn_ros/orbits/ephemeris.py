@@ -26,9 +26,10 @@ from ..base.kvn import (
     kvn_rows,
     kvn_text,
 )
-from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
+from ..base.nanoseconds import SECOND_NS, epoch
 from ..base.ndm_xml import is_xml, xml_rows
-from ..environment.earth import TO_UTC, leap_seconds_between
+from ..environment.earth import TO_UTC
+from ..environment.file_clock import Clock, Time
 from ..kernel.rows import length
 from .interpolation import Interpolation, Span
 from .kepler import EARTH_RADIUS_M
@@ -48,9 +49,6 @@ _KEYWORDS = (
 _ROW_LENGTHS = (6, 9)
 _STATE = tuple(f'{axis}{dots}' for dots in ('', '_DOT', '_DDOT') for axis in 'XYZ')
 _NUMBERS = re.compile(r'(?: [-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)*')
-_LEAP_SECOND = re.compile(r'(.*T\d\d:\d\d:)60((?:\.\d+)?Z?)', re.ASCII)
-# What 64 bits can hold.
-_LAST_NS = 2**63 - 1
 # What nothing about the Earth is beyond [m] and nothing as fast as [m/s].
 _FURTHEST_M, _LIGHT_M_S = 1e13, 299_792_458.0
 # A body slower than this across the line to the centre [m/s] has no LVLH.
@@ -227,8 +225,8 @@ class _Segment:
         self.line = metadata.lines['META_START']
         self._rows = rows
         system = _time_system(metadata)
-        times = [_Time(row.words[0], row.line) for row in rows]
-        clock = _Clock(system, times)
+        times = [Time(row.words[0], row.line) for row in rows]
+        clock = Clock(system, times)
         tai_ns = [clock.tai_ns(time) for time in times]
         for i, (before_ns, after_ns) in enumerate(pairwise(tai_ns), 1):
             if after_ns <= before_ns:
@@ -239,7 +237,7 @@ class _Segment:
             1e3 * np.array([_numbers(row) for row in rows]),
         )
         said_ns = {
-            keyword: clock.tai_ns(_Time(metadata[keyword], metadata.lines[keyword]))
+            keyword: clock.tai_ns(Time(metadata[keyword], metadata.lines[keyword]))
             for keyword in _TIMES
             if keyword in metadata
         }
@@ -333,71 +331,6 @@ class _Segment:
         worst = int(np.argmax(off_m))
         i = left_out[worst]
         return float(off_m[worst]), self._rows[i].words[0], float(times_s[i] - times_s[i - 1])
-
-
-class _Time:
-    """An epoch in a file: the stamp that it would have, were it in UTC and no leap second."""
-
-    def __init__(self, text: str, line: int):
-        self.text, self.line = text, line
-        found = _LEAP_SECOND.fullmatch(text) if ':60' in text else None
-        self.is_leap_second = found is not None
-        try:
-            self.stamp_ns = stamp_ns(f'{found[1]}59{found[2]}' if found else text)
-        except ValueError as error:
-            raise ValueError(f'line {line}: {error}') from None
-        if abs(self.stamp_ns) > _LAST_NS - DAY_NS:
-            raise ValueError(
-                f'line {line}: the epoch {text} is out of range; it must be before '
-                f'{epoch(_LAST_NS)[:4]}'
-            )
-
-
-class _Clock:
-    """
-    Gives times of a file in TAI, less what it is ahead of UTC at the begin of the file [ns].
-
-    A leap second has a time of its own there, and no stamp.
-    """
-
-    def __init__(self, system: str, times: Sequence[_Time]):
-        self._is_utc = system == 'UTC'
-        first_ns = min(time.stamp_ns for time in times)
-        last_ns = max(time.stamp_ns + time.is_leap_second * SECOND_NS for time in times)
-        self._ahead_ns = 0
-        if not self._is_utc:
-            # A noon, which is in no leap second.
-            first_ns = first_ns // DAY_NS * DAY_NS - DAY_NS // 2
-            utc_ns = TO_UTC[system](np.array([first_ns, last_ns]))
-            self._ahead_ns = first_ns - int(utc_ns[0])
-            first_ns, last_ns = int(utc_ns[0]), int(utc_ns[1]) + SECOND_NS
-        self._leaps = leap_seconds_between(first_ns, last_ns)
-
-    def tai_ns(self, time: _Time) -> int:
-        """Return the instant of an epoch; ValueError: it is a leap second that was none."""
-        if not self._is_utc:
-            if time.is_leap_second:
-                raise ValueError(f'line {time.line}: {time.text} is a leap second, and not in UTC')
-            return time.stamp_ns - self._ahead_ns
-        passed_ns = sum(step for at_ns, step in self._leaps.items() if at_ns <= time.stamp_ns)
-        if time.is_leap_second:
-            following_ns = (time.stamp_ns // SECOND_NS + 1) * SECOND_NS
-            if self._leaps.get(following_ns) != SECOND_NS:
-                raise ValueError(f'line {time.line}: {time.text} is no leap second that there was')
-            passed_ns += SECOND_NS
-        return time.stamp_ns + passed_ns
-
-    def parts(self, first_ns: int, last_ns: int) -> list[tuple[int, int, int]]:
-        """Return between two instants begin and end, by stamps, and by what TAI is ahead [ns]."""
-        found, ahead_ns = [], 0
-        begins = [(-_LAST_NS, 0), *self._leaps.items()]
-        ends_ns = [*self._leaps, _LAST_NS]
-        for (from_ns, step_ns), until_ns in zip(begins, ends_ns, strict=True):
-            ahead_ns += step_ns
-            begin_ns, end_ns = max(from_ns, first_ns - ahead_ns), min(until_ns, last_ns - ahead_ns)
-            if begin_ns < end_ns:
-                found.append((begin_ns, end_ns, ahead_ns))
-        return found
 
 
 def interpolation_of(

@@ -462,6 +462,43 @@ def test_other_time_systems_are_turned_into_utc(tmp_path, system, ahead_s):
         np.testing.assert_array_equal(found.q_ib, right.at(at_ns).q_ib)
 
 
+@pytest.mark.parametrize('last', [6, 3])
+@pytest.mark.parametrize(('system', 'ahead_s'), [('UTC', 0.0), ('TAI', 36.0), ('TT', 68.184)])
+def test_across_a_leap_second_the_turn_goes_on_in_tai(tmp_path, system, ahead_s, last):
+    """
+    A row each half second of TAI about 23:59:60 at the end of 2016, which no stamp has.
+
+    A turn of 0.2 rad/s is steady there: 00:00:00.25 is 1.75 s after 23:59:59.5.
+    """
+    begin_ns = nanoseconds.stamp_ns('2016-12-31T23:59:59')
+    rows = ''
+    for k in range(last + 1):
+        if system == 'UTC':
+            text = f'2016-12-31T23:59:{59 + k / 2}' if k < 4 else f'2017-01-01T00:00:0{k / 2 - 2}'
+        else:
+            text = nanoseconds.epoch(begin_ns + round((k / 2 + ahead_s) * 1e9))
+        rows += f'{text} 0 0 {np.sin(0.05 * k)} {np.cos(0.05 * k)} 0 0 {np.degrees(0.2)}\n'
+    head, data, _ = MMS.replace('TIME_SYSTEM = UTC', f'TIME_SYSTEM = {system}').partition(
+        'DATA_START\n'
+    )
+    file = AttitudeFile(written(tmp_path, f'{head}{data}{rows}DATA_STOP\n'))
+    for at_s, since_s in ((0.5, 0.5), (0.75, 0.75), (1.0, 2.0), (1.25, 2.25), (2.0, 3.0)):
+        if since_s > last / 2:
+            with pytest.raises(ValueError, match='has no attitude at 2017-01-01T00:00:0'):
+                file.at(begin_ns + round(at_s * 1e9))
+            continue
+        found = file.at(begin_ns + round(at_s * 1e9))
+        assert Rotation.from_quat(found.q_ib).as_rotvec()[2] == pytest.approx(0.2 * since_s)
+
+
+@pytest.mark.parametrize('year', ['0001', '9999'])
+def test_a_year_that_no_stamp_has_is_refused(tmp_path, year):
+    """In a sentence, also where it only says that all is useable."""
+    text = MMS.replace('META_STOP', f'USEABLE_STOP_TIME = {year}-01-01T00:00:00\nMETA_STOP')
+    with pytest.raises(ValueError, match=rf'line \d+: the epoch {year}.* between 1677 and 2262$'):
+        AttitudeFile(written(tmp_path, text))
+
+
 def test_spin_from_the_body_is_refused(tmp_path):
     """The standard has no meaning for it."""
     given = next(row for row in BY_OREKIT['rows'] if row['type'] == 'SPIN')

@@ -10,6 +10,8 @@ import numpy as np
 _UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 SECOND_NS = 10**9
 DAY_NS = 86_400 * SECOND_NS
+# How far from 1970 stamps are: what 64 bits hold, less what other time systems are ahead of UTC.
+FURTHEST_NS = 2**63 - 1 - DAY_NS
 
 # The two forms of CCSDS 301.0-B-4, section 3.5: calendar date, and day of the year.
 _EPOCH = re.compile(
@@ -40,7 +42,8 @@ def stamp_ns(text: str) -> int:
     Return the stamp of an epoch in UTC, rounded to a nanosecond.
 
     text: '2026-01-31T12:00:00.25' or, by the day of the year, '2026-031T12:00:00.25'; a Z may
-    follow.  ValueError: it is neither, or a leap second, which Unix time does not have.
+    follow.  ValueError: it is neither, or a leap second, which Unix time does not have, or of a
+    year that stamps do not reach.
 
     >>> stamp_ns('1970-002T00:00:00')
     86400000000000
@@ -71,4 +74,10 @@ def stamp_ns(text: str) -> int:
         raise ValueError(f'{text} is not an epoch: {error}') from None
     nanoseconds = Decimal(found['fraction'] or 0) * SECOND_NS
     rounded = int(nanoseconds.to_integral_value(ROUND_HALF_EVEN))
-    return (whole - _UNIX_EPOCH) // timedelta(seconds=1) * SECOND_NS + rounded
+    found_ns = (whole - _UNIX_EPOCH) // timedelta(seconds=1) * SECOND_NS + rounded
+    if abs(found_ns) > FURTHEST_NS:
+        raise ValueError(
+            f'the epoch {text} is out of range; it must be between {epoch(-FURTHEST_NS)[:4]} and '
+            f'{epoch(FURTHEST_NS)[:4]}'
+        )
+    return found_ns

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
+from ..base.nanoseconds import DAY_NS, SECOND_NS, stamp_ns
 from .earth import TO_UTC, leap_seconds_between
 
 _LEAP_SECOND = re.compile(r'(.*T\d\d:\d\d:)60((?:\.\d+)?Z?)', re.ASCII)
@@ -42,11 +42,6 @@ class Time:
             self.stamp_ns = stamp_ns(f'{found[1]}59{found[2]}' if found else text)
         except ValueError as error:
             raise ValueError(f'line {line}: {error}') from None
-        if abs(self.stamp_ns) > _LAST_NS - DAY_NS:
-            raise ValueError(
-                f'line {line}: the epoch {text} is out of range; it must be between '
-                f'{epoch(-_LAST_NS)[:4]} and {epoch(_LAST_NS)[:4]}'
-            )
 
 
 class Clock:

@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from ..base.kvn import KvnMetadata, KvnRow
-from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
+from ..base.nanoseconds import FURTHEST_NS, SECOND_NS, epoch, stamp_ns
 from ..base.numbers import number
 from ..environment.earth import leap_seconds_between
 
@@ -77,6 +77,9 @@ def _in_km(said, boundaries, rows):
     if not rows:
         raise ValueError(f'it has no rows of {" or ".join(_KINDS)}')
     header = _header(said)
+    for at, _, line in rows:
+        if abs(header.begin_ns + at * SECOND_NS) > FURTHEST_NS:
+            raise ValueError(f'line {line}: {at} s after ScenarioEpoch is beyond all stamps')
     leaps = _leap_seconds(header.begin_ns, max(at for at, _, _ in rows))
     current = header.metadata(rows[0][2])
     # The first and the last may be among them, where nothing else begins.

@@ -36,6 +36,8 @@ def test_both_forms_are_read(text):
         ('2024-02-30T00:00:00', 'is not an epoch: day'),
         ('2023-366T00:00:00', 'is not an epoch: the year has no day 366'),
         ('2016-12-31T23:59:60', 'is a leap second'),
+        ('9999-12-31T23:59:59', 'the epoch 9999-12-.* out of range; it must be between 1677 and'),
+        ('0001-01-01T00:00:00', 'the epoch 0001-01-.* out of range; it must be between 1677 and'),
     ],
 )
 def test_what_is_no_epoch_is_refused(text, reason):

@@ -391,6 +391,12 @@ def test_ccsds_ndm_reads_what_we_write(states, tmp_path):
     np.testing.assert_allclose(found, states.q_ib, rtol=0.0, atol=1e-15)
 
 
+def test_an_epoch_that_no_stamp_has_is_refused(tmp_path):
+    """As `--at` may give it."""
+    with pytest.raises(ValueError, match='the epoch 9999-01-01T00:00:00 is out of range'):
+        attitude_at(written(tmp_path, MMS), '9999-01-01T00:00:00')
+
+
 def test_an_epoch_beyond_the_rows_is_refused(tmp_path):
     """Also in a gap between segments; the nearest row is named."""
     path = written(tmp_path, MMS)

@@ -242,6 +242,8 @@ def test_a_file_in_xml_becomes_the_shorter_notation(tmp_path):
         ('DistanceUnit Kilometers', 'DistanceUnit Feet', 'line 10: DistanceUnit is Feet'),
         ('CentralBody', 'Interpolate x\nCentralBody', 'line 8: the keyword interpolate is not'),
         ('01 Mar 2026', '41 Mar 2026', 'line 7: 2026-03-41T.* is not an epoch'),
+        ('01 Mar 2026', '01 Mar 9999', 'line 7: the epoch 9999-03-01.* is out of range'),
+        ('\n 1.80000000000000e+03 ', '\n 8e9 ', 'line 46: 8E.9 s after ScenarioEpoch is beyond'),
         ('01 Mar 2026', '1 March 2026', 'line 7: ScenarioEpoch is 1 March 2026 12'),
         ('ScenarioEpoch', '#', 'it has no ScenarioEpoch'),
         ('EphemerisTimePosVel', 'EphemerisTimePos', 'line 12: it has EphemerisTimePos; supported'),

@@ -49,7 +49,8 @@ def law_of(rotor: Rotor, torque: float, target: float) -> tuple[Line, ...]:
     if np.isfinite(target):
         gain, most = rotor.inertia * rotor.speed_gain, rotor.max_torque
         lines = [Line(-np.inf, np.inf, gain * target, gain)]
-        if most:
+        # Of a loop so slow that it commands nothing, max_torque cuts nothing.
+        if most and gain:
             begin, end = target - most / gain, target + most / gain
             lines = [
                 Line(-np.inf, begin, most),

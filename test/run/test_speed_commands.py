@@ -113,6 +113,12 @@ def test_a_law_is_cut_by_both_limits():
     assert law_of(rotor, 0.0, 30.0)[-1].torque == -2.0
 
 
+def test_a_loop_whose_torque_is_no_number_commands_nothing():
+    """The product of inertia and gain may be too small for a float: it is zero, as its limit."""
+    rotor = Rotor('motor', inertia=0.01, speed_gain=5e-324, max_torque=0.1, max_speed=50.0)
+    assert law_of(rotor, 0.0, 60.0) == law_of(rotor, 0.0, np.nan)
+
+
 @pytest.mark.parametrize(
     ('changes', 'event', 'sentence'),
     [

@@ -145,7 +145,9 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
         except ValueError as error:
             raise ValueError(f'{origin}, event {number}: {error}') from None
         events += held
-        sentences += [f'{origin}{x}' for x in _stretched(number, entry, held[0], scenario)]
+        # All of an entry are held alike.
+        for event in held[:1]:
+            sentences += [f'{origin}{x}' for x in _stretched(number, entry, event, scenario)]
     for sentence in dict.fromkeys(sentences):
         logging.getLogger(__name__).warning(sentence)
     return sorted(events, key=lambda event: event.tick)

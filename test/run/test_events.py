@@ -75,6 +75,11 @@ def test_a_torque_with_a_name_is_an_event_of_its_own():
     assert events.from_yaml_text(events.to_yaml(given), NAMED) == given
 
 
+def test_an_entry_without_a_name_commands_nothing():
+    """As an empty mapping does where rotors and thrusters are named."""
+    assert events.from_yaml_text('- {at_s: 1, torque: {}}', NAMED) == []
+
+
 def test_nested_keys_of_a_request_are_dotted():
     """A request is written as the scenario's file is."""
     text = '- tick: 3\n  request:\n    initial: {frame: inertial, angular_velocity: [0, 0, 1]}'

@@ -23,7 +23,7 @@ from .events import (
     Topics,
     TorquesDropped,
 )
-from .requests import resolved
+from .requests import requested, resolved
 from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
@@ -144,7 +144,7 @@ class _EventsOfTick:
                 # events that follow at the tick may begin another motion.
                 return self.drop_torques_or_halt((type(event),))
             case Request():
-                conditions = self.run.conditions.with_values(event.values, self._at_s)
+                conditions = requested(self.run.conditions, event.values, self._at_s)
                 event = replace(event, values=resolved(event.values, conditions))
                 self.run = replace(self.run, conditions=conditions)
                 self._restart_from_conditions()

@@ -176,6 +176,15 @@ def test_refused_request_changes_nothing(values, sentence):
     assert np.array_equal(simulation.step().q_ib, undisturbed.step().q_ib)
 
 
+def test_an_event_changes_initial_conditions_alone():
+    """A program's events are refused as an events file's are: the body and the ticks stay."""
+    simulation = Simulation(GYROSTAT, [Request(1, {'body.inertia': [1.0, 2.0, 3.0]})])
+    simulation.advance(1)
+    with pytest.raises(ValueError, match=r'body\.inertia cannot be requested; allowed: '):
+        simulation.advance(1)
+    assert simulation.tick == 0
+
+
 def test_a_snapshot_copy_leaves_the_motion_alone():
     """A file that begins in mid-run is written while the motion walks on in another thread."""
     simulation = Simulation(GYROSTAT.with_values({'publish.rate': 0.1}))

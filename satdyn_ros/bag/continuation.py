@@ -117,21 +117,22 @@ def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
         see attitude_at
     """
     attitude = attitude_at(path, epoch)
+    if not scenario.epoch_ns:
+        # Which refuses the one epoch whose stamp is none.
+        scenario = scenario.with_values({'time.epoch': nanoseconds.epoch(attitude.stamp_ns)})
     omega_bi_b = attitude.omega_bi_b
     if omega_bi_b is None:
         omega_bi_b = np.array(scenario['initial.angular_velocity'])
         if scenario['initial.frame'] == 'lvlh':
             lvlh_rate_i = scenario.system.orbit.lvlh_rate(0.0)
             omega_bi_b += rotation.rotate(rotation.conjugate(attitude.q_ib), lvlh_rate_i)
-    changes: dict[str, Any] = {
-        'initial.frame': 'inertial',
-        'initial.attitude': attitude.q_ib,
-        'initial.angular_velocity': omega_bi_b,
-    }
-    if not scenario.epoch_ns:
-        # Which refuses the one epoch whose stamp is none.
-        changes['time.epoch'] = nanoseconds.epoch(attitude.stamp_ns)
-    return scenario.with_values(changes)
+    return scenario.with_values(
+        {
+            'initial.frame': 'inertial',
+            'initial.attitude': attitude.q_ib,
+            'initial.angular_velocity': omega_bi_b,
+        }
+    )
 
 
 def _check_ticks(scenario: Scenario, run: RecordedRun) -> None:

@@ -492,6 +492,18 @@ def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
     np.testing.assert_array_equal(state.omega_bi_b, rate_b)
 
 
+def test_the_rate_of_lvlh_is_that_of_the_instant_in_the_message(tmp_path):
+    """Surroundings that need the instant of tick 0 have it from there, or from the scenario."""
+    message = tmp_path / 'bag.aem'
+    export(recorded(ORBITING, 1, tmp_path / 'bag'), message)
+    without = Scenario({'initial.frame': 'lvlh', 'environment.magnetic_field': 'dipole'})
+    epoch = nanoseconds.epoch(ORBITING.epoch_ns)
+    begun = continuation.begun_in_aem(without, message, epoch)
+    assert begun == continuation.begun_in_aem(
+        without.with_values({'time.epoch': epoch}), message, epoch
+    )
+
+
 @pytest.mark.long
 def test_memory_stays_flat(tmp_path):
     """A day at 10 Hz takes less than 50 MB more than a minute does."""

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..base.key import Key
+from ..base.sentences import one_sentence
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import System
 from ..torques.body_torque import BodyTorque
@@ -257,10 +258,16 @@ def column(name: str, given: Any, count: int, size: int = 0) -> np.ndarray:
     Raises
     ------
     ValueError
-        it has another shape, or a number is not finite; in one sentence
+        it has another shape, or not finite numbers alone; in one sentence
     """
     shape = (size,) if size else ()
-    numbers = np.asarray(given, float)
+    try:
+        numbers = np.asarray(given, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(
+            f'{name} is {one_sentence(given)}; it must be numbers of the shape {(count, *shape)}, '
+            f'a row of each run, or {shape}, the same for all'
+        ) from None
     if numbers.shape not in (shape, (count, *shape)):
         raise ValueError(
             f'{name} has the shape {numbers.shape}; it must be {(count, *shape)}, a row of each '

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..base.key import Key
+from ..base.sentences import one_sentence
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import System
 from .actuator import column
@@ -68,7 +69,7 @@ class AppliedTorque(BodyVector):
                 if names
                 else f'without torque.names it must be {self.quantity.allowed}'
             )
-            raise ValueError(f'torque is {given}; {allowed}')
+            raise ValueError(f'torque is {one_sentence(given)}; {allowed}')
         for name in given if names else ():
             if name not in names:
                 raise ValueError(f'there is no torque {name}; torque.names has {", ".join(names)}')

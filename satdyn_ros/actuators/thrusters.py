@@ -6,6 +6,7 @@ from math import isfinite
 from typing import Any, ClassVar
 
 from ..base.key import Key
+from ..base.sentences import one_sentence
 from ..dynamics.rotor import Rotor
 from ..torques.thrust import Firing, Thrust, Thruster
 from .actuator import Actuator
@@ -124,7 +125,7 @@ class Thrusters(Actuator):
             raise ValueError(f'thrusters is {given}, and thruster.names has none')
         if not isinstance(given, Mapping):
             raise ValueError(
-                f'thrusters is {given}; on-times are given by name, such as '
+                f'thrusters is {one_sentence(given)}; on-times are given by name, such as '
                 f'{{{next(iter(self._thrusters))}: 0.03}}'
             )
         return {self.topic: self._checked(given)}

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..base.key import Key
-from ..base.sentences import distinct_texts
+from ..base.sentences import distinct_texts, one_sentence
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import System
 from .actuator import Actuator, column
@@ -95,8 +95,8 @@ class Wheels(Actuator):
         if self._has_names:
             whats = f'{word.removeprefix("rotor_")}s'
             raise ValueError(
-                f'{word} is {given}; with rotor.names {whats} are given by name, such as '
-                f'{{{next(iter(self._rotors))}: 0.001}}'
+                f'{word} is {one_sentence(given)}; with rotor.names {whats} are given by name, '
+                f'such as {{{next(iter(self._rotors))}: 0.001}}'
             )
         return {'rotor': given}
 

@@ -231,6 +231,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     'a speed without a drive': ({'rotor_speed': {'x': np.zeros(2)}}, 'speed_gain'),
     'no name': ({'rotor_torque': np.zeros(2)}, 'by name'),
     'no torquers': ({'dipole_b': np.zeros((2, 3))}, 'max_dipole'),
+    'a unit': ({'torque_b': '[1, 2, 3] mN m'}, r'^torque is .* numbers of the shape \(2, 3\)'),
+    'rows of two lengths': ({'torque_b': [[1, 2, 3], [1, 2]]}, 'numbers of the shape'),
+    'a number beyond any': ({'rotor_torque': {'x': [1, 10**400]}}, r'of x is .* the shape \(2,\)'),
+    'a table': ({'rotor_torque': np.zeros((2, 3))}, r'is \[\[0\. 0\. 0\.\] \[0.*by name'),
 }
 
 

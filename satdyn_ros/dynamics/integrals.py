@@ -132,7 +132,7 @@ def conserve_alike(one: System, other: System) -> bool:
 
 
 def _are_alike(one, other):
-    return one is other or one.constants == other.constants
+    return one is other or (one.constants == other.constants and one.pieces == other.pieces)
 
 
 def applied_torque(system: System) -> np.ndarray:

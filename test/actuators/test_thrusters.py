@@ -321,6 +321,28 @@ def test_a_pulse_ends_by_itself():
     assert events.from_yaml_text(events.to_yaml(entries), scenario) == entries
 
 
+@pytest.mark.parametrize('time_constant', [0.05, 0.3, 2.0])
+def test_the_balance_of_energy_knows_the_thrust_that_fades(tmp_path, time_constant):
+    """
+    A body almost at rest has, until the thrust is gone, no other size of energy than its work.
+
+    Measured with the closed valves of the ticks before, its bag was refused.
+    """
+    scenario = Scenario(
+        PAIR
+        | {
+            'initial.angular_velocity': [-4e-3, 5e-3, 1e-3],
+            'thruster.a.time_constant': time_constant,
+        }
+    )
+    given = commanded(scenario, pulse(0.1, a=0.0445))
+    for _ in simulate(scenario, 4.0, tmp_path / 'bag', given):
+        pass
+    verdict = verify(tmp_path / 'bag')
+    assert verdict.is_true, verdict
+    assert verdict.drift['energy_balance'] > 0.0
+
+
 @pytest.mark.parametrize('time_constant', [0.0, 0.3])
 def test_a_pulse_goes_on_with_another_thrust(tmp_path, time_constant):
     """

@@ -22,7 +22,6 @@ from ..torques import ENVIRONMENT_TORQUES
 from .read_run import RecordedRun
 from .run_recorder import BLOCK_TICKS
 
-_ROUNDING = 1e-9
 # What a motion follows from, besides its state.
 _OF_MOTION = (
     'body.',
@@ -186,8 +185,9 @@ def _motion_anew(
         if k is None or not (rotor.turns_freely and simulation.system.rotors[k].turns_freely):
             continue
         speeds[i], angles[i] = state.rotor_speed[k], state.rotor_angle[k]
-        # A rotor that is at its limit is there to rounding.
-        if 0.0 < rotor.max_speed * (1.0 + _ROUNDING) < abs(speeds[i]):
+        # The body may have driven it beyond the limit that it had.
+        is_new = rotor.max_speed != simulation.system.rotors[k].max_speed
+        if is_new and 0.0 < rotor.max_speed < abs(speeds[i]):
             given, most = distinct_texts(abs(speeds[i]), rotor.max_speed)
             raise ValueError(
                 f'max_speed of the rotor {rotor.label} is {most} rad/s; the run continues at '

@@ -33,13 +33,62 @@ class InputCounts:
     reason: str = ''
 
 
+class Refused(ValueError):  # noqa: N818
+    """Why a command does not act; kind: what warnings of the same kind have in common."""
+
+    def __init__(self, kind: tuple[str, str], reason: str):
+        super().__init__(reason)
+        self.kind = kind
+
+
+def accepted(scenario: Scenario, topic: str, message: Any) -> Any:
+    """
+    Return the value of a command, as its actuator has it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        of the node
+    topic : str
+        the name of the topic, one of scenario.equipment.topics
+    message : object
+        that came on it
+
+    Raises
+    ------
+    Refused
+        it is given in another frame than the body's, its actuator does not take it, or
+        motion.method is exact and there is no closed form with it
+    """
+    actuator = scenario.equipment.of_topic[topic]
+    if actuator.in_body_axes:
+        frame, body = message.header.frame_id, scenario.frames.body
+        if frame not in ('', body):
+            reason = f'{topic} is given in the frame {frame}; it must be {body} or empty'
+            raise Refused((topic, 'frame'), reason)
+    try:
+        value = actuator.read(topic, message)
+    except ValueError as error:
+        raise Refused((topic, 'message'), str(error)) from error
+    try:
+        actuator.check(topic, value)
+    except ValueError as error:
+        raise Refused((topic, 'value'), str(error)) from error
+    if scenario['motion.method'] == 'exact':
+        try:
+            system = scenario.equipment.commanded_alone(scenario.system, topic, value)
+            scenario.motion_from(system, scenario.initial_state, 0.0)
+        except ValueError as error:
+            raise Refused((topic, 'closed form'), f'{topic} is refused: {error}') from error
+    return value
+
+
 class CommandInputs:
     """
     The subscriptions of the actuators that a scenario has.
 
-    A message is refused in another frame than the body's, where its actuator does not take it, or
-    where motion.method is exact and there is no closed form with it; of each kind of refusal a
-    warning comes at most every ten seconds.
+    What is not accepted() is refused; of each kind of refusal a warning comes at most every ten
+    seconds.
 
     Parameters
     ----------
@@ -85,23 +134,10 @@ class CommandInputs:
         self.counts.lost += lost.total_count_change
 
     def _take(self, topic: str, actuator: Actuator, message: Any):
-        if actuator.in_body_axes:
-            frame, body = message.header.frame_id, self._scenario.frames.body
-            if frame not in ('', body):
-                reason = f'{topic} is given in the frame {frame}; it must be {body} or empty'
-                return self._refuse((topic, 'frame'), reason)
         try:
-            value = actuator.read(topic, message)
-        except ValueError as error:
-            return self._refuse((topic, 'message'), str(error))
-        try:
-            actuator.check(topic, value)
-        except ValueError as error:
-            return self._refuse((topic, 'value'), str(error))
-        try:
-            self._check_closed_form(topic, value)
-        except ValueError as error:
-            return self._refuse((topic, 'closed form'), f'{topic} is refused: {error}')
+            value = accepted(self._scenario, topic, message)
+        except Refused as refused:
+            return self._refuse(refused.kind, str(refused))
         self.counts.accepted += 1
 
         def event_at(tick: int) -> Event:
@@ -109,13 +145,6 @@ class CommandInputs:
             return Command(tick, topic, value, until_tick)
 
         self._pacing.put(event_at, ' '.join(sorted(actuator.held(topic, value))))
-
-    def _check_closed_form(self, topic, value):
-        """Raise ValueError if motion.method is exact and the driven system has no closed form."""
-        scenario = self._scenario
-        if scenario['motion.method'] == 'exact':
-            system = scenario.equipment.commanded_alone(scenario.system, topic, value)
-            scenario.motion_from(system, scenario.initial_state, 0.0)
 
     def _refuse(self, kind, reason):
         self.counts.refused += 1

@@ -13,7 +13,8 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState
 
 from ..actuators import ACTUATORS, is_commanding
-from ..ros.publishing import message_class
+from ..messages import qos
+from ..ros.publishing import message_class, qos_profile
 from ..run.topics import TOPICS
 
 _SERVICE = '/set_initial_conditions'
@@ -23,8 +24,8 @@ _SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'
 # because of two nodes of one name that publish at one instant the newest is always the same's.
 _NEWEST = QoSProfile(depth=2, reliability=ReliabilityPolicy.BEST_EFFORT)
 # A command may be published once, as soon as its publisher is matched; that reaches no best-effort
-# subscription.
-_COMMANDS = QoSProfile(depth=_NEWEST.depth)
+# subscription.  As many wait as the node itself lets wait: each may be for another thruster.
+_COMMANDS = qos_profile(qos.WAITING_INPUTS)
 
 _CLASSES = {
     'odometry': Odometry,
@@ -136,10 +137,10 @@ class Listener:
         self._latest[key] = self._take(key) or self._latest.get(key)
         return self._latest[key]
 
-    def commands(self) -> dict[str, Any]:
-        """Return by topic the messages of what was commanded since the last call."""
+    def commands(self) -> list[tuple[str, Any]]:
+        """Return what was commanded since the last call, topics and messages, oldest first."""
         inputs = [key for key in self._subscriptions if is_commanding(key)]
-        return {key: message for key in inputs if (message := self._take(key)) is not None}
+        return [(key, message) for key in inputs for message in self._take_all(key)]
 
     def leave(self) -> None:
         """Listen to no satellite."""
@@ -161,7 +162,7 @@ class Listener:
         if subscription is None:
             return messages
         with subscription.handle:
-            for _ in range(_NEWEST.depth):
+            for _ in range(subscription.qos_profile.depth):
                 taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
                 if taken is None:
                     break

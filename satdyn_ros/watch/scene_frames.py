@@ -11,6 +11,7 @@ from ..dynamics.torque import angular_momentum
 from ..report import scene
 from ..report.curves import shown, topics_with_panels
 from ..report.earth_map import geodetic_topics
+from ..ros.inputs import Refused, accepted
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
@@ -29,8 +30,8 @@ class SceneFrames:
         self._rows: deque[Row] = deque(maxlen=_KEPT_ROWS)
         # The tick that is shown; how many samples were left out.
         self.tick, self.left_out = -1, 0
-        # By topic the messages of what was commanded since the last sample; and by the name under
-        # which it is held what acts since before, with the time [s] of its sample.
+        # By the name under which it is held what was commanded since the last sample; and what
+        # acts since before, with the time [s] of its sample.
         self._came_in: dict[str, Any] = {}
         self._commanded: dict[str, tuple[float, Any]] = {}
 
@@ -53,7 +54,7 @@ class SceneFrames:
         A sample is left out whose stamp is no tick of the scenario after the last: a node of the
         same name has published it.
         """
-        self._came_in |= listener.commands()
+        self._take_commands(listener, scenario)
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         for sample in reversed(listener.samples()):
             tick = ticks.tick_of(sample.stamp_ns)
@@ -64,20 +65,23 @@ class SceneFrames:
             return None
         self.tick = tick
         t_s = ticks.seconds(tick)
-        for topic, message in self._came_in.items():
-            actuator = scenario.equipment.of_topic.get(topic)
-            # What the node refuses does not act.
-            with suppress(ValueError):
-                if actuator is not None:
-                    for name, x in actuator.held(topic, actuator.read(topic, message)).items():
-                        _, before = self._commanded.get(name, (t_s, actuator.none[name]))
-                        acts = actuator.from_instant(name, x, before, t_s)
-                        self._commanded[name] = t_s, acts
+        for name, x in self._came_in.items():
+            actuator = scenario.equipment.of_name[name]
+            _, before = self._commanded.get(name, (t_s, actuator.none[name]))
+            self._commanded[name] = t_s, actuator.from_instant(name, x, before, t_s)
         self._came_in.clear()
         row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))
         row |= _propellant(listener, scenario)
         self._rows.append(row)
         return row
+
+    def _take_commands(self, listener: Listener, scenario: Scenario) -> None:
+        """Hold what came in."""
+        for topic, message in listener.commands():
+            if (actuator := scenario.equipment.of_topic.get(topic)) is not None:
+                # What the node refuses does not act.
+                with suppress(Refused):
+                    self._came_in |= actuator.held(topic, accepted(scenario, topic, message))
 
     def history(self) -> Row | None:
         """Return the rows so far that have the columns of the last one, as one table."""

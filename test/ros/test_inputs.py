@@ -126,7 +126,9 @@ def test_a_controller_and_a_disturbance_act_together(live, tmp_path):
     control.publish(wrench((5.0, 0.0, 0.0)))
     participant.hear(heard, 20)
     drag.publish(wrench((0.0, -8.0, 3.0)))
-    participant.wait_until(lambda: came_in.update(listener.commands()) or came_in.keys() == topics)
+    participant.wait_until(
+        lambda: came_in.update(dict(listener.commands())) or came_in.keys() == topics
+    )
     assert came_in['torque/control'].wrench.torque.x == 5.0
     assert came_in['torque/drag'].wrench.torque.y == -8.0
     page.close()

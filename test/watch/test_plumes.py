@@ -1,7 +1,11 @@
 """Plumes of thrusters on the live page of a node."""
 
+import math
+
 import browser as pages
+from geometry_msgs.msg import WrenchStamped
 from ros.live import LiveNode, Participant
+from ros.test_inputs import wrench
 from ros.test_thruster_command import PAIR, on_times
 from trajectory_msgs.msg import JointTrajectory
 
@@ -24,6 +28,36 @@ def test_a_plume_is_there_while_its_valve_is_open(ros, tmp_path, watch, browser)
         pages.wait(browser, f'String({seen}) === "false,true"')
         publisher.publish(on_times(b=0.0))
         pages.wait(browser, f'String({seen}) === "false,false"')
+        assert pages.errors(browser) == []
+    finally:
+        participant.close()
+        node.end()
+
+
+def test_of_commands_between_two_frames_each_acts_unless_the_node_refuses_it(
+    ros, tmp_path, watch, browser
+):
+    """
+    Thrusters may be commanded one by one; the refused ones before them change nothing.
+
+    An unknown thruster, a torque in another frame, and one that is not finite.
+    """
+    node = LiveNode(tmp_path, PAIR | {'publish.topics': ['imu']}, namespace='/one_by_one')
+    participant = Participant('/one_by_one')
+    try:
+        browser.get(watch('--node', '/one_by_one/satdyn'))
+        pages.wait(browser, 'window.satdyn && satdyn.rows.length > 5')
+        thrusters = participant.node.create_publisher(JointTrajectory, 'thruster_command', 10)
+        torques = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+        for publisher in (thrusters, torques):
+            participant.wait_until(lambda p=publisher: p.get_subscription_count() == 2)
+        torques.publish(wrench((1.0, 0.0, 0.0), 'lvlh'))
+        torques.publish(wrench((math.nan, 0.0, 0.0)))
+        for name in ('c', 'a', 'b'):
+            thrusters.publish(on_times(**{name: 2000.0}))
+        seen = 'String(satdyn.stage.scene.plumes.map(({ visible }) => visible))'
+        pages.wait(browser, f'{seen} === "true,true"')
+        assert pages.wait(browser, 'String(satdyn.stage.scene.row.applied_b)') == 'undefined'
         assert pages.errors(browser) == []
     finally:
         participant.close()

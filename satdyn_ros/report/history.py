@@ -4,7 +4,7 @@ from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from math import floor
+from math import floor, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -368,18 +368,18 @@ def _with_drift(waiting, measured):
 
 def _window(run, first, end, begin_s, end_s):
     """Return the first tick and the one after the last that were asked for."""
+    asked = {n: s for n, s in (('begin', begin_s), ('end', end_s)) if s is not None}
+    for name, value in asked.items():
+        if not isfinite(value):
+            raise ValueError(f'--{name} is {value:g}; it must be a finite number of seconds')
     rate = run.ticks.rate
     from_tick = first if begin_s is None else max(first, run.ticks.ceil(begin_s))
     to_tick = end if end_s is None else min(end, floor(Fraction(str(end_s)) * rate) + 1)
     if from_tick >= to_tick:
         lowest, highest = run.ticks.seconds(first), run.ticks.seconds(end - 1)
-        asked = ' and '.join(
-            f'{name} {value:g}'
-            for name, value in (('begin', begin_s), ('end', end_s))
-            if value is not None
-        )
+        where = ' and '.join(f'--{name} {value:g}' for name, value in asked.items())
         raise ValueError(
-            f'{run.bag.path} has no ticks between {asked}; it holds those from {lowest:.9g} s to '
+            f'{run.bag.path} has no ticks within {where}; it holds those from {lowest:.9g} s to '
             f'{highest:.9g} s'
         )
     return from_tick, to_tick

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from math import inf, nan
 
 import numpy as np
 import pytest
@@ -296,8 +297,11 @@ def test_a_part_is_drawn(bag):
     whole = history(bag, 12000)
     np.testing.assert_array_equal(run.states.q_ib, whole.states.q_ib[101:201])
     np.testing.assert_array_equal(run.drift['jacobi'], whole.drift['jacobi'][101:201])
-    with pytest.raises(ValueError, match='has no ticks between begin 20000; it holds those'):
+    with pytest.raises(ValueError, match='has no ticks within --begin 20000; it holds those'):
         history(bag, begin_s=20000.0)
+    for begin_s in (nan, -inf):
+        with pytest.raises(ValueError, match=f'--begin is {begin_s}; it must be a finite number'):
+            history(bag, begin_s=begin_s)
 
 
 def test_help_lists_the_panels(bag):

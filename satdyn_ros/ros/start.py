@@ -112,9 +112,16 @@ def main(
         rclpy.try_shutdown()
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser with one-line errors."""
+
+    def error(self, message):
+        self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
+
+
 def _parser():
     """Return the parser of what stands before --ros-args."""
-    parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
+    parser = _Parser('satdyn node', description='A satellite as a ROS 2 node.')
     parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
     parser.add_argument('--satellite', action='append', default=[], metavar='NAME')
     parser.add_argument(

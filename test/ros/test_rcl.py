@@ -377,3 +377,12 @@ def test_a_section_that_is_not_chosen_well_is_refused(tmp_path, capsys, argument
     path.write_text(section('/a/satdyn', **{'step.ticks': 2}) + section('/b'))
     assert main(['--params-file', str(path), *arguments]) == 2
     assert re.search(sentence, capsys.readouterr().err.strip())
+
+
+def test_an_unknown_option_is_refused_in_one_line(capsys):
+    """As by every other command."""
+    with pytest.raises(SystemExit) as end:
+        main(['--speed', '2'])
+    assert end.value.code == 2
+    said = 'satdyn node: unrecognized arguments: --speed 2; see satdyn node --help\n'
+    assert capsys.readouterr().err == said

@@ -29,7 +29,7 @@ class AccessPolicy:
     def url(self) -> str:
         """Return the URL of the page, with the token if there is one."""
         # A server that listens everywhere is reached by the machine's name.
-        host = socket.gethostname() if self._host in ('0.0.0.0', '::') else self._host
+        host = socket.gethostname() if self._host in ('', '0.0.0.0', '::') else self._host
         host = f'[{host}]' if ':' in host else host
         query = f'?token={self.token}' if self.token else ''
         return f'http://{host}:{self.port}/{query}'

@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from importlib.resources import files
+from socket import gaierror
 from typing import Any, Protocol
 
 from aiohttp import WSCloseCode, WSMsgType, web
@@ -171,13 +172,16 @@ def serve(source: Source, host: str, port: int, opened: Callable[[str], None]) -
     """
     Serve a source until SIGINT or SIGTERM, whose number is returned.
 
-    opened gets the URL once it is open.  OSError: the port cannot be opened.
+    opened gets the URL once it is open.  OSError: the port cannot be opened.  ValueError: the host
+    is unknown.
     """
     logging.getLogger('aiohttp.server').addFilter(_is_fault_of_ours)
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
     try:
         return asyncio.run(_serve(source, host, port, opened, numbers))
+    except gaierror as error:
+        raise ValueError(f'--host is {host}: {error.strerror}') from None
     finally:
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)

@@ -3,6 +3,7 @@
 import asyncio
 import http.client
 import json
+import socket
 from http.client import HTTPMessage
 from typing import NamedTuple
 from urllib.parse import urlsplit
@@ -11,7 +12,9 @@ import aiohttp
 import pytest
 
 from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.cli.main import main
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.watch.access_policy import AccessPolicy
 
 UPGRADE = {
     'Connection': 'Upgrade',
@@ -143,3 +146,18 @@ def test_messages_are_bounded(here):
     assert code is None
     assert [answer['success'] for answer in answers] == [False] * len(nonsense)
     assert all(answer['text'] for answer in answers)
+
+
+@pytest.mark.parametrize('host', ['', '0.0.0.0', '::'])
+def test_the_url_of_a_server_on_all_addresses_has_the_name_of_the_machine(host):
+    """A browser cannot open an address that stands for all; aiohttp takes '' for one."""
+    policy = AccessPolicy(host, 8090)
+    assert policy.url == f'http://{socket.gethostname()}:8090/?token={policy.token}'
+
+
+def test_an_unknown_host_is_named(bag, capsys):
+    """Exit code 2 and a sentence; .invalid never resolves (RFC 2606)."""
+    assert main(['watch', bag, '--host', 'x.invalid', '--port', '0']) == 2
+    said = capsys.readouterr().err
+    assert said.startswith('satdyn watch: --host is x.invalid: ')
+    assert said.count('\n') == 1

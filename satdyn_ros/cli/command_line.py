@@ -153,7 +153,7 @@ def _add_request(command):
         '--step',
         nargs='?',
         type=int,
-        const=0,
+        const=True,
         metavar='N',
         help='advance by step.ticks ticks while paused; N: set step.ticks first',
     )

@@ -116,13 +116,17 @@ def _request(given):
             'give either KEY=VALUE ..., or one of --reset, --pause, --resume, --step, --record, '
             '--set and --get'
         )
-    values = dict(assignment(text) for text in given.values)
+    assignments = [assignment(text) for text in given.values]
+    values = dict(assignments)
+    for name in values:
+        if [other for other, _ in assignments].count(name) > 1:
+            raise ValueError(f'{name} is given twice; it may be given once')
     change = assignment(given.set) if given.set else None
     try:
         with Client(given.node, given.timeout) as client:
             match chosen:
                 case {'step': ticks}:
-                    answer = client.step(ticks or None)
+                    answer = client.step(None if ticks is True else ticks)
                 case {'record': switch}:
                     answer = client.record(switch == 'on')
                 case {'set': _} if change:

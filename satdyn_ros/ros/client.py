@@ -19,10 +19,13 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..base import ros_yaml
 from ..base.units import is_quantity
+from ..run.keys import KEYS
 from .context import init
 from .other_users import unreached
 
 _LONGEST_S = 1e6
+# The largest integer that a parameter holds.
+_LARGEST = 2**63 - 1
 # Between two checks for an answer, so that Ctrl-C is handled; and until it is asked for again.
 _LOOK_S, _AGAIN_S = 0.1, 0.5
 
@@ -102,9 +105,13 @@ class Client:
         return self._answer(Trigger, 'reset', Trigger.Request())
 
     def step(self, ticks: int | None = None) -> Answer:
-        """Let step.ticks ticks pass, while paused; ticks: what step.ticks is set to before."""
+        """
+        Let step.ticks ticks pass, while paused; ticks: what step.ticks is set to before.
+
+        ValueError: it cannot be set to that.
+        """
         if ticks is not None:
-            answer = self.set_parameter('step.ticks', ticks)
+            answer = self.set_parameter('step.ticks', KEYS['step.ticks'].checked(ticks))
             if not answer.success:
                 return answer
         return self._answer(Trigger, 'step', Trigger.Request())
@@ -194,7 +201,11 @@ def assignment(text: str) -> tuple[str, Any]:
         raise ValueError(f'{text!r} must have the form KEY=VALUE')
     # Unquoted, '[5, 3, 2] mA m^2' is no YAML.
     value = given.strip() if is_quantity(given) else ros_yaml.load(given, name)
-    value = [as_float(x) for x in value] if isinstance(value, list) else as_float(value)
+    if isinstance(value, list):
+        value = [as_float(x) for x in value]
+    elif not isinstance(value, int) or abs(value) > _LARGEST:
+        # An integer stays one, as of some parameters; the node takes it for a number too.
+        value = as_float(value)
     if isinstance(value, list) and any(isinstance(x, str) and is_quantity(x) for x in value):
         # ROS has no list of both: a 0 beside texts with a unit is a text too.
         value = [x if isinstance(x, str) else f'{x:g}' for x in value]

@@ -58,6 +58,9 @@ def test_pause_step_resume_reset(asked):
     tick = int(paused.split()[-1])
     assert ask('--step') == (0, f'now after tick {tick + 1}')
     assert ask('--step', '10') == (0, f'now after tick {tick + 11}')
+    assert ask('--step', '0')[0] == 2
+    assert ask('--step', str(10**30))[0] == 2
+    assert ask('--step') == (0, f'now after tick {tick + 21}')
     assert ask('--resume') == (0, 'running')
     assert ask('--reset')[0] == 0
 
@@ -66,8 +69,12 @@ def test_pause_step_resume_reset(asked):
 def test_parameters_and_bags(asked):
     """What `ros2 param` and `ros2 service` do: set, get, record; a refusal is the node's own."""
     _, ask = asked
-    assert ask('--set', 'time.factor=2') == (0, 'time.factor = 2.0')
+    assert ask('--set', 'time.factor=2') == (0, 'time.factor = 2')
     assert ask('--get', 'time.factor') == (0, '2.0')
+    assert ask('--set', 'step.ticks=3') == (0, 'step.ticks = 3')
+    code, answer = ask('--set', 'step.ticks=0')
+    assert code == 1
+    assert 'out of range' in answer
     assert ask('--set', 'publish.topics=[attitude]')[0] == 0
     assert ask('--get', 'publish.topics') == (0, "['attitude']")
     code, answer = ask('--set', 'publish.rate=5')
@@ -76,6 +83,14 @@ def test_parameters_and_bags(asked):
     assert ask('--get', 'no.such')[0] == 1
     assert ask('--record', 'on')[1].startswith('recording ')
     assert ask('--record', 'off')[1].startswith('closed ')
+
+
+def test_a_condition_is_asked_for_once(capfd):
+    """Of two values for one key neither is asked for."""
+    twice = ['initial.frame=lvlh', 'initial.frame=inertial']
+    assert main(['request', *twice]) == 2
+    said = 'satdyn request: initial.frame is given twice; it may be given once\n'
+    assert capfd.readouterr().err == said
 
 
 def test_nobody_answers(capfd):

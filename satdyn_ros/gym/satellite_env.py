@@ -81,17 +81,17 @@ class SatelliteEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         Parameters
         ----------
         action : (A,)
-            from -1 to 1
+            from -1 to 1; beyond, it is cut
 
         Raises
         ------
         ValueError
-            the action has a nan
+            the action has a nan, or another shape
         """
         task, simulation = self.task, self._simulation
         if simulation is None:
             raise gymnasium.error.ResetNeeded('reset the environment before its first step')
-        numbers, info = np.asarray(action), dict[str, Any]()
+        numbers, info = task.actions(action, ()), dict[str, Any]()
         commands = task.commands(numbers)
         try:
             for _ in range(task.ticks_of_an_action):

@@ -1,6 +1,6 @@
 """Many satellites in step as one vector environment of Gymnasium."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     Raises
     ------
     ValueError
-        the variations make satellites of different kinds (SideBySide)
+        there is no satellite, or the variations make some of different kinds (SideBySide)
 
     Examples
     --------
@@ -47,6 +47,8 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         num_envs: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     ):
+        if num_envs < 1:
+            raise ValueError(f'num_envs is {num_envs}; it must be an integer of at least 1')
         self.task, self.num_envs = task_of(task), num_envs
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {'render_modes': [], 'autoreset_mode': self._mode}
@@ -75,8 +77,9 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             reset_mask (M,) bool, which of them begin; by default, and the first time, all
         """
         count = self.num_envs
-        seeds = [seed + m for m in range(count)] if isinstance(seed, int) else seed
-        seeds = [None] * count if seeds is None else seeds
+        if seed is None:
+            seed = [None] * count
+        seeds = [*seed] if isinstance(seed, Iterable) else [seed + m for m in range(count)]
         if len(seeds) != count:
             raise ValueError(f'seed has the length {len(seeds)}; it must be {count}')
         begin = np.ones(count, bool)
@@ -117,12 +120,12 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         Parameters
         ----------
         actions : (M, A)
-            from -1 to 1
+            from -1 to 1; beyond, they are cut
 
         Raises
         ------
         ValueError
-            an action has a nan, or an episode is over
+            an action has a nan, they have another shape, or an episode is over
         """
         task, runs, ended = self.task, self._runs, self._are_over
         if runs is None:
@@ -132,7 +135,8 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 f'the episode of run {np.flatnonzero(ended)[0]} is over; reset it, by reset_mask'
             )
         anew = ended.copy()
-        numbers = np.where(anew[:, None], 0.0, np.asarray(actions))
+        numbers = task.actions(actions, (self.num_envs,))
+        numbers = np.where(anew[:, None], 0.0, numbers)
         runs.act(**task.commands(numbers))
         for _ in range(task.ticks_of_an_action):
             sample = runs.step(~anew)

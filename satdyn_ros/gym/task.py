@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -75,16 +76,19 @@ class Task:
 
     def __post_init__(self) -> None:
         for name in ('interval_s', 'duration_s'):
-            ticks = Fraction(str(getattr(self, name))) * self.scenario.rate
+            given = getattr(self, name)
+            ticks = Fraction(str(given)) * self.scenario.rate if isfinite(given) else Fraction(0)
             if ticks < 1 or ticks.denominator != 1:
                 raise ValueError(
-                    f'{name} is {getattr(self, name)}; it must be a multiple of the '
+                    f'{name} is {given}; it must be a multiple of the '
                     f'{float(1 / self.scenario.rate):g} s between ticks'
                 )
         words = self.scenario.equipment.of_keyword
         for keyword in self.action:
             if keyword not in words:
                 raise ValueError(f'action has {keyword}; it may have {", ".join(words)}')
+        if not self.observation:
+            raise ValueError(f'observation is empty; a sample holds {", ".join(_SEEN)}')
         for name in self.observation:
             if name.partition('.')[0] not in _SEEN:
                 raise ValueError(f'observation has {name}; a sample holds {", ".join(_SEEN)}')
@@ -144,6 +148,17 @@ class Task:
         plain = {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in changes.items()}
         return self.scenario.with_values(plain)
 
+    def actions(self, given: Any, rows: tuple[int, ...]) -> np.ndarray:
+        """
+        Return actions, (A,), or (M, A) for rows (M,), cut to -1 to 1; a nan stays one.
+
+        ValueError: they have another shape.
+        """
+        numbers, shape = np.asarray(given, float), (*rows, self.action_size)
+        if numbers.shape != shape:
+            raise ValueError(f'the action has the shape {numbers.shape}; it must be {shape}')
+        return np.clip(numbers, -1.0, 1.0)
+
     def commands(self, action: np.ndarray) -> dict[str, Any]:
         """
         Return the commands of actions by keyword.
@@ -151,10 +166,9 @@ class Task:
         Parameters
         ----------
         action : (..., A)
-            from -1 to 1; outside they are cut, and a nan stays one, which its actuator refuses
+            from -1 to 1, or nan, which its actuator refuses
         """
-        numbers = np.clip(np.asarray(action, float), -1.0, 1.0)
-        found = _scaled(self.action, numbers, 0)[0]
+        found = _scaled(self.action, action, 0)[0]
         held = self.held(found)
         # No pulse is shorter than none.
         return {
@@ -219,10 +233,15 @@ class Task:
 
 def _attribute(sample, name):
     """Return what a sample has under a name; what is behind a dot is in a mapping there."""
-    first, *rest = name.split('.')
+    first, _, key = name.partition('.')
     found = getattr(sample, first)
-    for key in rest:
+    if isinstance(found, Mapping):
+        if key not in found:
+            parts = ', '.join(f'{first}.{part}' for part in found) or 'none'
+            raise ValueError(f'observation has {name}; of {first} there is {parts}')
         found = found[key]
+    elif key:
+        raise ValueError(f'observation has {name}; {first} has no parts with names')
     return np.asarray(found, float)
 
 

@@ -169,7 +169,9 @@ REFUSED = {
         {'observation': {'rate': 1.0}},
         'a sample holds t_s, q_ib, omega_bi_b',
     ),
+    'nothing at all': ({'observation': {}}, 'observation is empty; a sample holds t_s'),
     'an interval between ticks': ({'interval_s': 0.5}, 'interval_s is 0.5'),
+    'no interval': ({'interval_s': np.nan}, 'interval_s is nan; it must be a multiple'),
     'a key that is none': ({'vary': {'body.mass': 'sphere'}}, 'body.mass'),
 }
 
@@ -179,6 +181,54 @@ def test_a_task_that_cannot_be_is_refused(changes, why):
     """In one sentence."""
     with pytest.raises(ValueError, match=why):
         replace(sensing(), **changes)
+
+
+@pytest.mark.parametrize(
+    ('name', 'why'),
+    [
+        ('torques_b', r'observation has torques_b; of torques_b there is torques_b\.gravity_'),
+        ('torques_b.drag', r'observation has torques_b\.drag; of torques_b there is torques_b\.g'),
+        ('q_ib.w', r'observation has q_ib\.w; q_ib has no parts with names'),
+    ],
+)
+def test_a_part_that_a_sample_does_not_have_is_refused(name, why):
+    """In one sentence, when the environment is made."""
+    with pytest.raises(ValueError, match=why):
+        SatelliteEnv(replace(sensing(), observation={name: 1.0}))
+
+
+@pytest.mark.parametrize('shape', [(2,), (4,), (1, 3), ()])
+def test_an_action_of_another_shape_is_refused(shape):
+    """By one and by many, of which one row does not stand for all."""
+    env, envs = SatelliteEnv('Point'), SatelliteVectorEnv('Point', 3)
+    env.reset(seed=1)
+    envs.reset(seed=1)
+    with pytest.raises(ValueError, match=r'the action has the shape .*; it must be \(3,\)'):
+        env.step(np.zeros(shape))
+    for wrong in ((3,), (3, *shape)):
+        with pytest.raises(ValueError, match=r'the action has the shape .*; it must be \(3, 3'):
+            envs.step(np.zeros(wrong))
+
+
+def test_the_reward_is_of_the_action_that_acts():
+    """Beyond -1 and 1 it is cut: a policy is not charged for what is not done."""
+    env, envs = SatelliteEnv('Point'), SatelliteVectorEnv('Point', 2)
+    rewards = []
+    for action in (1.0, 40.0):
+        env.reset(seed=1)
+        envs.reset(seed=1)
+        _, one, *_ = env.step(np.full(3, action))
+        _, many, *_ = envs.step(np.full((2, 3), action))
+        rewards.append((one, *many))
+    assert rewards[0] == rewards[1]
+
+
+def test_what_cannot_be_a_batch_is_refused():
+    """No satellites, and a seed that Gymnasium itself does not take."""
+    with pytest.raises(ValueError, match='num_envs is 0; it must be an integer of at least 1'):
+        SatelliteVectorEnv('Point', 0)
+    with pytest.raises(gymnasium.error.Error, match='Seed must be a python integer'):
+        SatelliteVectorEnv('Point', 2).reset(seed=np.int64(3))
 
 
 def test_before_its_first_reset_it_says_so():

@@ -108,7 +108,8 @@ class Key:
         ]
         unit = '' if 'radians' in what else self.unit
         parts = [what, ' and '.join(bound for bound in bounds if bound), unit]
-        return ' '.join(part for part in parts if part)
+        # Without bounds there is nothing behind the comma.
+        return ' '.join(part for part in parts if part).rstrip(',')
 
     def is_within(self, number: Any) -> Any:
         """Return whether a number is finite and within the bounds; of arrays, whether each is."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..run.in_place import replaced
 from ..run.keys import KEYS
 from ..run.scenario import Scenario
 from ..sweep.plan import Varied, varied
@@ -146,6 +147,8 @@ class Task:
         if self.scenario.sensors:
             changes['sensors.seed'] = int(rng.integers(1, _MOST_SEEDS))
         plain = {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in changes.items()}
+        for name in replaced(plain) & {*plain}:
+            del plain[name]
         return self.scenario.with_values(plain)
 
     def actions(self, given: Any, rows: tuple[int, ...]) -> np.ndarray:

@@ -252,14 +252,11 @@ class Plan:
 
     def scenario_of(self, values: Mapping[str, Any]) -> Scenario:
         """Return the scenario with the varied values in it; ValueError: as Scenario."""
-        changed = self.changed(values)
+        changed = self.changed(values).items()
+        plain = {name: x.tolist() if isinstance(x, np.ndarray) else x for name, x in changed}
         # What is given in place of another key, Scenario puts there itself.
-        replaced = in_place.replaced(name for name in in_place.IN_PLACE if changed[name])
-        plain = {
-            name: x.tolist() if isinstance(x, np.ndarray) else x
-            for name, x in changed.items()
-            if name not in replaced
-        }
+        for name in in_place.replaced(name for name in in_place.IN_PLACE if plain[name]):
+            del plain[name]
         return Scenario(plain, self.scenario.torques)
 
     def scenario_of_run(self, run: int) -> Scenario:
@@ -322,8 +319,24 @@ def varied(given: Any, keys: Mapping[str, Key]) -> tuple[Varied, ...]:
     for name, (other, _) in in_place.IN_PLACE.items():
         if name in given and other in given:
             raise ValueError(f'{name} and {other} vary; only one of the two may')
-    found = ((str(name), quantity(str(name), keys), how) for name, how in given.items())
+    found = [(str(name), quantity(str(name), keys), how) for name, how in given.items()]
+    _refuse_if_replaced([(name, what.part_of) for name, what, _ in found])
     return tuple(Varied(name, what, variation(what.key, how)) for name, what, how in found)
+
+
+def _refuse_if_replaced(names):
+    """Raise ValueError where a quantity would replace the value of one before it."""
+    for i, (name, part_of) in enumerate(names):
+        for before, key in names[:i]:
+            if not part_of and key in in_place.of(name):
+                raise ValueError(
+                    f'{name} varies after {before}, which is a part of it; the whole must come '
+                    'first'
+                )
+            # Each of them changes all parts of the others' kind.
+            kinds = {each.rpartition('.')[0] for each in (name, before)}
+            if part_of and part_of == key and len(kinds) > 1:
+                raise ValueError(f'{before} and {name} vary; only one of the two may')
 
 
 def _controller(given):

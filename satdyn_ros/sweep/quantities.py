@@ -16,6 +16,7 @@ from ..theory.stability import smelt_moments, smelt_parameters
 _MOTION = ('body', 'rotor', 'orbit', 'initial', 'motion')
 _COMPONENTS = ('x', 'y', 'z')
 _ANGLES = ('initial.roll', 'initial.pitch', 'initial.yaw')
+_ANGLES_OF_ATTITUDE = 'initial.roll_pitch_yaw'
 _SMELT = ('smelt.k_R', 'smelt.k_Y')
 
 # Every kind of name, and what it stands for.
@@ -44,10 +45,13 @@ class Quantity:
     changes : function of values and value
         returns the scenario's keys that change when the quantity takes value in a scenario of
         values; of many scenarios, all are arrays (M,), (M, k)
+    part_of : str
+        the key of whose value it is a part, empty: it is a whole key
     """
 
     key: Key
     changes: Callable[[Mapping[str, Any], Any], dict[str, Any]]
+    part_of: str = ''
 
 
 def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
@@ -67,7 +71,8 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
         other, value_of = IN_PLACE.get(name, (name, lambda value: value))
         return Quantity(keys[name], lambda values, value: {name: value, other: value_of(value)})
     whole, _, component = name.rpartition('.')
-    if component in _COMPONENTS and whole in keys and 3 in keys[whole].lengths:
+    has_three = whole in keys and 3 in keys[whole].lengths and whole not in IN_PLACE
+    if component in _COMPONENTS and has_three:
         return _component(name, keys[whole], _COMPONENTS.index(component))
     if name in _ANGLES:
         return _angle(name)
@@ -92,20 +97,23 @@ def _component(name, whole, i):
         parts[i] = value
         return {whole.name: _stacked(parts)}
 
-    return Quantity(replace(whole, name=name, kind='double', lengths=()), changes)
+    return Quantity(replace(whole, name=name, kind='double', lengths=()), changes, whole.name)
 
 
 def _angle(name):
     def changes(values, value):
-        attitude = values['initial.attitude']
-        angles = [*np.moveaxis(rotation.roll_pitch_yaw(attitude), -1, 0)]
+        # Of an attitude they are read once: its angles would be others beyond 90 deg of pitch.
+        given = values[_ANGLES_OF_ATTITUDE]
+        if not np.size(given):
+            given = rotation.roll_pitch_yaw(values['initial.attitude'])
+        angles = [*np.moveaxis(np.asarray(given, float), -1, 0)]
         angles[_ANGLES.index(name)] = value
-        roll, pitch, yaw = np.broadcast_arrays(*angles)
-        return {'initial.attitude': rotation.from_roll_pitch_yaw(roll, pitch, yaw)}
+        together = _stacked(angles)
+        other, value_of = IN_PLACE[_ANGLES_OF_ATTITUDE]
+        return {_ANGLES_OF_ATTITUDE: together, other: value_of(together)}
 
-    return Quantity(
-        Key(name, 'double', 0.0, 'rad', 'a 3-2-1 angle of the initial attitude'), changes
-    )
+    key = Key(name, 'double', 0.0, 'rad', 'a 3-2-1 angle of the initial attitude')
+    return Quantity(key, changes, 'initial.attitude')
 
 
 def _smelt(name):
@@ -119,7 +127,7 @@ def _smelt(name):
         return {'body.inertia': _stacked([size * I_t, size * I_n, size * I_r])}
 
     key = Key(name, 'double', 0.0, '', 'a Smelt parameter', above=-1.0, below=1.0)
-    return Quantity(key, changes)
+    return Quantity(key, changes, 'body.inertia')
 
 
 def _parts(name, whole, vector):

@@ -15,6 +15,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.gym import SatelliteEnv, SatelliteVectorEnv, Task
 from satdyn_ros.gym.tasks import TASKS, task_of
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.scenario import Scenario
 
 # More than a group of lanes.
@@ -221,6 +222,18 @@ def test_the_reward_is_of_the_action_that_acts():
         _, many, *_ = envs.step(np.full((2, 3), action))
         rewards.append((one, *many))
     assert rewards[0] == rewards[1]
+
+
+def test_what_is_given_in_place_of_another_key_can_be_drawn():
+    """As in a sweep: an altitude, and three angles at once."""
+    vary = {
+        'orbit.altitude': {'uniform': [4e5, 5e5]},
+        'initial.roll_pitch_yaw': {'uniform': [[0.1, 0.2, 0.3], [0.1, 0.2, 0.3]]},
+    }
+    scenario = replace(task_of('Point'), vary=vary).draw(np.random.default_rng(1))
+    assert 4e5 <= scenario['orbit.semi_major_axis'] - 6378137.0 <= 5e5
+    angles = rotation.roll_pitch_yaw(scenario['initial.attitude'])
+    np.testing.assert_allclose(angles, [0.1, 0.2, 0.3], atol=1e-15)
 
 
 def test_what_cannot_be_a_batch_is_refused():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
 from scipy.stats import kstest, norm, uniform
 
 from satdyn_ros.kernel import rotation
@@ -49,6 +50,41 @@ def test_values_reach_the_scenario(tmp_path):
     I_t, I_n, I_r = scenario['body.inertia']
     np.testing.assert_allclose(smelt_parameters(I_r, I_t, I_n), (0.6, 0.25), rtol=1e-14)
     assert I_t + I_n + I_r == pytest.approx(2300.0, rel=1e-14)
+
+
+@pytest.mark.parametrize('pitch', [0.4, np.pi / 2.0, 2.0, -3.0])
+@pytest.mark.parametrize('order', ['roll pitch yaw', 'yaw pitch roll', 'pitch yaw roll'])
+def test_angles_that_vary_together_are_those_of_the_run(tmp_path, order, pitch):
+    """R = Rz Ry Rx, in any order; beyond 90 deg of pitch an attitude has other angles."""
+    angles = {'roll': 0.3, 'pitch': pitch, 'yaw': -0.7}
+    vary = {f'initial.{name}': {'values': [angles[name]]} for name in order.split()}
+    plan = plan_of(tmp_path, vary=vary, runs=1)
+    q_lb = plan.scenario_of(plan.values(0))['initial.attitude']
+    expected = Rotation.from_euler('ZYX', [angles[name] for name in ('yaw', 'pitch', 'roll')])
+    assert (Rotation.from_quat(q_lb).inv() * expected).magnitude() < 1e-15
+    at_once = plan.changed({name: np.array(x) for name, x in plan.values_of([0]).items()})
+    np.testing.assert_array_equal(at_once['initial.attitude'], [q_lb])
+
+
+def test_a_part_varies_after_its_whole(tmp_path):
+    """Then a run has both; the other way round the part would have no effect."""
+    vary = {
+        'initial.roll_pitch_yaw': {'values': [[0.1, 0.2, 0.3]]},
+        'initial.roll': {'values': [0.4]},
+        'body.inertia': {'values': [[3.0, 4.0, 5.0]]},
+        'body.inertia.x': {'values': [3.5]},
+    }
+    plan = plan_of(tmp_path, vary=vary, runs=1)
+    scenario = plan.scenario_of(plan.values(0))
+    angles = rotation.roll_pitch_yaw(scenario['initial.attitude'])
+    np.testing.assert_allclose(angles, [0.4, 0.2, 0.3], atol=1e-15)
+    assert scenario['body.inertia'] == (3.5, 4.0, 5.0)
+
+
+def test_an_angle_without_bounds_is_refused_in_a_whole_sentence(tmp_path):
+    """It does not end in a comma."""
+    with pytest.raises(ValueError, match=r'initial\.roll is nan; it must be an angle in radians$'):
+        plan_of(tmp_path, vary={'initial.roll': {'values': [float('nan')]}})
 
 
 def test_attitudes_are_uniform_on_the_sphere(tmp_path):
@@ -98,6 +134,23 @@ def test_text_gives_the_same_plan(tmp_path):
 @pytest.mark.parametrize(
     ('changes', 'sentence'),
     [
+        (
+            {'vary': {'initial.roll': {'values': [0.1]}, 'initial.attitude': 'sphere'}},
+            'initial.attitude varies after initial.roll, which is a part of it; the whole must',
+        ),
+        (
+            {
+                'vary': {
+                    'initial.yaw': {'values': [0.1]},
+                    'initial.roll_pitch_yaw': {'values': [[0, 0, 0]]},
+                }
+            },
+            'initial.roll_pitch_yaw varies after initial.yaw, which is a part of it; the whole',
+        ),
+        (
+            {'vary': {'smelt.k_R': {'values': [0.1]}, 'body.inertia.x': {'values': [900]}}},
+            'smelt.k_R and body.inertia.x vary; only one of the two may',
+        ),
         ({'sed': 1}, 'sed is not a key of a sweep'),
         ({'scenario': 'none.yaml'}, 'none.yaml cannot be read'),
         ({'scenario': 3}, 'it must be the path of a scenario'),

@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
+from type_description_interfaces.srv import GetTypeDescription
 
 from satdyn_ros.messages.contents import message
 from satdyn_ros.ros.publishing import message_class
@@ -168,10 +169,30 @@ class Participant:
         """Call a service of the live node and return its answer."""
         client = self.node.create_client(kind, name)
         self.wait_until(client.service_is_ready, name)
+        self.wait_until_known(name.rpartition('/')[0])
         future = client.call_async(request)
         self.wait_until(future.done, f'the answer of {name}')
         self.node.destroy_client(client)
         return future.result()
+
+    def wait_until_known(self, node_name):
+        """
+        Wait until a node knows the clients that were made here.
+
+        It loses its answer to one that it has not discovered.  It discovers them in their order:
+        once it answers a later one, it knows those before.
+        """
+        name = f'{node_name}/get_type_description'
+        later = self.node.create_client(GetTypeDescription, name)
+        self.wait_until(later.service_is_ready, name)
+        end_s = time.monotonic() + PATIENCE_S
+        future = later.call_async(GetTypeDescription.Request())
+        self.executor.spin_until_future_complete(future, 0.5)
+        while not future.done():
+            assert time.monotonic() < end_s, f'the answer of {name} did not come'
+            future = later.call_async(GetTypeDescription.Request())
+            self.executor.spin_until_future_complete(future, 0.5)
+        self.node.destroy_client(later)
 
     def request(self, values):
         """Ask for initial conditions; return whether they were taken, and the reason if not."""

@@ -139,6 +139,7 @@ def test_fuzz(live, tmp_path, capsys, seed, count):
     for client, of_client in zip(clients, callers, strict=True):
         for name, caller in of_client.items():
             client.wait_until(caller.service_is_ready, name)
+        client.wait_until_known('satdyn')
     for number in range(0, count, CLIENTS):
         futures = []
         for i in range(CLIENTS):

@@ -247,6 +247,7 @@ def test_all_services_answer_during_a_step(live):
     begin = int(participant.switch('pause', True)[1].removeprefix('paused after tick '))
     client = participant.node.create_client(Trigger, 'satdyn/step')
     participant.wait_until(client.service_is_ready)
+    participant.wait_until_known('satdyn')
     step = client.call_async(Trigger.Request())
     participant.hear(heard, 20)
     assert participant.trigger('step') == (False, 'a step is already in progress; ~/pause ends it')

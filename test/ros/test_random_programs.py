@@ -62,6 +62,7 @@ class Pilot:
         for each, clients in zip(self.participants, self.clients, strict=True):
             for name, client in clients.items():
                 each.wait_until(client.service_is_ready, name, PATIENCE_S)
+            each.wait_until_known('satdyn')
         for torque in self.torque.values():
             participant.wait_until(torque.get_subscription_count, 'the node')
 

@@ -157,6 +157,7 @@ def test_a_pause_ends_a_step(live):
     assert participant.switch('pause', True)[0]
     client = participant.node.create_client(srv.StepSimulation, 'satdyn/step_simulation')
     participant.wait_until(client.service_is_ready)
+    participant.wait_until_known('satdyn')
     future = client.call_async(srv.StepSimulation.Request(steps=10**9))
     participant.hear(heard, 5)
     paused = STATE(state=STATE.STATE_PAUSED)

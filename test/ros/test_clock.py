@@ -3,6 +3,7 @@
 import time
 
 import pytest
+from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros.live import EPOCH_NS, Participant, stamp_ns
@@ -70,6 +71,12 @@ def test_a_second_publisher_of_the_clock_is_warned_of_once(live):
     node, participant = live({'time.publish_clock': True})
     qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     participant.node.create_publisher(Clock, '/clock', qos)
-    participant.hear(participant.listen('attitude'), 300)
+    logged: list[str] = []
+    participant.node.create_subscription(
+        Log, '/rosout', lambda log: logged.append(log.msg), QoSProfile(depth=100)
+    )
+    participant.wait_until(lambda: any('/clock has another' in text for text in logged))
+    # It looks each second.
+    participant.hear(participant.listen('attitude'), 200)
     _, errors = node.end()
     assert errors.count('/clock has another publisher') == 1

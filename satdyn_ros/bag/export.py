@@ -100,29 +100,29 @@ def export(
     options.check(kind)
     run = RecordedRun(path)
     columns = options.columns if kind in _TABLES else _message_columns(run, kind, options)
-    table = StateTable(run, columns, options.step_s)
-    rows = 0
+    table, read = StateTable(run, columns, options.step_s), 0
 
     def blocks() -> Iterator[Columns]:
-        nonlocal rows
+        nonlocal read
         for block in table.blocks():
             yield block
-            rows += len(next(iter(block.values())))
+            read += len(next(iter(block.values())))
             show(table.ticks_read, table.tick_count)
 
     with _complete(output) as part:
         if kind in _TABLES:
             _TABLES[kind](part, table.names, blocks())
-            return rows
+            return read
         subject = options.subject(Path(path))
         if kind == _KERNEL:
             kernel = CkWriter(part, subject, options.with_rates)
-            _write_ck(kernel, blocks(), options.with_rates)
+            rows = _write_ck(kernel, blocks(), options.with_rates)
         else:
             with open(part, 'w+', encoding='ascii', newline='\n') as file:
-                _MESSAGES[kind](file, table, blocks(), subject, options)
-        if rows == 0 or not part.exists():
-            raise ValueError(f'{path} has no attitude to write')
+                rows = _MESSAGES[kind](file, table, blocks(), subject, options)
+        if rows == 0:
+            with_rate = ' with a body rate' if options.with_rates else ''
+            raise ValueError(f'{path} has no attitude{with_rate} to write')
         if kind == _KERNEL:
             _write_text(output.with_suffix('.tsc'), kernel.clock_kernel)
             _write_text(output.with_suffix('.tf'), kernel.frame_kernel)
@@ -177,50 +177,62 @@ def _message_columns(run, kind, options):
 
 def _write_aem(file, table, blocks, subject, options):
     writer = AemWriter(file, subject, options.with_rates, options.aem_version)
-    segment = None
+    segment, count = None, 0
     for rows in _attitudes(blocks, options.with_rates):
         if rows.segment != segment:
             writer.end_segment()
         writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
         segment = rows.segment
+        count += len(rows.stamps_ns)
     writer.end_segment()
+    return count
 
 
 def _write_stk(file, table, blocks, subject, options):
     writer = StkAttitudeWriter(file, subject, options.with_rates)
+    count = 0
     for rows in _attitudes(blocks, options.with_rates):
         writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
+        count += len(rows.stamps_ns)
     writer.close()
+    return count
 
 
 def _write_oem(file, table, blocks, subject, options):
     writer = OemWriter(file, subject)
-    orbit = table.run.scenario.system.orbit
+    orbit, count = table.run.scenario.system.orbit, 0
     for block in blocks:
         writer.write(block['stamp_ns'], *orbit.position_velocity(block['t_s']))
+        count += len(block['stamp_ns'])
     writer.end_segment()
+    return count
 
 
 def _write_czml(file, table, blocks, subject, options):
     scenario = table.run.scenario
     writer = CzmlWriter(file, subject.object_name, scenario['body.box'])
+    count = 0
     for rows in _attitudes(blocks, options.with_rates):
         to_itrs, r_t, *ground = scenario.system.environment.on_earth(rows.t_s)
         q_tb = rotation.multiply(rotation.from_matrix(to_itrs), rows.q_ib)
         writer.write(rows.stamps_ns, r_t, q_tb, *ground)
+        count += len(rows.stamps_ns)
     writer.close()
+    return count
 
 
 def _write_ck(writer, blocks, with_rates):
-    segment = None
+    segment, count = None, 0
     try:
         for rows in _attitudes(blocks, with_rates):
             if rows.segment != segment:
                 writer.end_segment()
             writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
             segment = rows.segment
+            count += len(rows.stamps_ns)
     finally:
         writer.close()
+    return count
 
 
 def _write_text(output, text):

@@ -284,7 +284,7 @@ def test_a_message_has_a_segment_for_each_motion(tmp_path):
 def test_rates_are_written_where_they_were_recorded(tmp_path):
     """From tick 80 on angular_velocity was not published."""
     bag = flights.record(tmp_path / 'bag')
-    assert export(bag, tmp_path / 'flight.aem', Options(with_rates=True)) == 150
+    assert export(bag, tmp_path / 'flight.aem', Options(with_rates=True)) == 80
     text = (tmp_path / 'flight.aem').read_text()
     rows = [line for line in text.splitlines() if line.startswith('2023-')]
     assert len(rows) == 80
@@ -296,6 +296,31 @@ def test_rates_are_written_where_they_were_recorded(tmp_path):
     ):
         export(bag, tmp_path / 'without.a', Options(with_rates=True))
     assert list(tmp_path.glob('without.a*')) == []
+
+
+@pytest.mark.parametrize('kind', ['aem', 'a', 'bc', 'czml'])
+def test_the_rows_counted_are_those_written(tmp_path, kind):
+    """Ticks without an attitude are none; without a rate at any of them there is no message."""
+    if kind == 'bc':
+        pytest.importorskip('spiceypy')
+    if kind == 'czml':
+        pytest.importorskip('erfa')
+    path, output = tmp_path / 'apart', tmp_path / f'apart.{kind}'
+    scenario = Scenario(
+        {
+            'publish.rate': 10.0,
+            'publish.topics': ['attitude'],
+            'time.epoch_ns': 1_767_225_600 * 10**9,
+        }
+    )
+    for _ in simulate(scenario, 2, path, [Topics(10, ('angular_velocity',))]):
+        pass
+    assert export(path, output) == 10
+    output.unlink()
+    if kind != 'czml':
+        with pytest.raises(ValueError, match='apart has no attitude with a body rate to write'):
+            export(path, output, Options(with_rates=True))
+        assert not output.exists()
 
 
 def test_an_orbit_is_written_thinned(bag, tmp_path):

@@ -35,6 +35,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _node(arguments[1:])
         with interruptible(), output_that_may_fail(' '.join(arguments[:1])):
             given = parser().parse_args(arguments)
+            if getattr(given, 'controller_parameter', []) and given.controller is None:
+                raise ValueError('--controller-parameter needs --controller, of which it is one')
             show_notices()
             if given_torques := getattr(given, 'torque', []):
                 from ..torques.body_torque import named

@@ -138,6 +138,8 @@ def _parser():
 def _controller(own):
     """Return what makes the controller, which is made once to see that it can be; None: none."""
     if own.controller is None:
+        if own.controller_parameter:
+            raise ValueError('--controller-parameter needs --controller, of which it is one')
         return None
     make = partial(controllers.named, own.controller, own.controller_parameter)
     make()

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import yaml
 
+from ..base import ros_yaml
 from ..base.imports import own_module
 from .sample import Measurement, Sample
 from .sample_columns import SampleColumns
@@ -95,7 +95,7 @@ def named(full_name: str, parameters: Iterable[str] = ()) -> Controller:
         if not (source and name):
             raise ValueError('it must be MODULE:CLASS, or FILE.py:CLASS')
         kind = getattr(_module(source), name)
-        controller = kind(**dict(map(_parameter, parameters)))
+        controller = kind(**_values(parameters))
     except (Exception, SystemExit) as error:
         raise ValueError(f'the controller {full_name} cannot be made: {_said(error)}') from None
     if not callable(getattr(controller, 'command', None)):
@@ -103,11 +103,17 @@ def named(full_name: str, parameters: Iterable[str] = ()) -> Controller:
     return controller
 
 
-def _parameter(text):
-    name, equals, value = text.partition('=')
-    if not (equals and name.isidentifier()):
-        raise ValueError(f'its parameter is {text}; it must be NAME=VALUE')
-    return name, yaml.safe_load(value)
+def _values(parameters):
+    values = {}
+    for text in parameters:
+        name, equals, value = text.partition('=')
+        if not (equals and name.isidentifier()):
+            raise ValueError(f'its parameter is {text}; it must be NAME=VALUE')
+        if name in values:
+            raise ValueError(f'its parameter {name} is given twice; it may be given once')
+        # Not as YAML alone, for which 1e-3 is a text.
+        values[name] = ros_yaml.load(value, name)
+    return values
 
 
 def _module(source):

@@ -109,6 +109,14 @@ def test_help_loads_nothing_heavy():
         (['simulate', DEFAULT, '--duration', '1', '--rate', 'x', '-o', 'x'], "value: 'x'"),
         (['simulate', DEFAULT, '--duration', '1', '--at', '3', '-o', 'x'], 'belong together'),
         (['simulate', DEFAULT, '--duration', '1', '--events', 'no', '-o', 'x'], 'the events no'),
+        (
+            [
+                *('simulate', DEFAULT, '--duration', '1', '-o', 'x'),
+                '--controller-parameter',
+                'a=1',
+            ],
+            '--controller-parameter needs --controller',
+        ),
         (['simulate', DEFAULT, '--duration', '1', '-o', DEFAULT], 'already exists'),
         (['simulate', DEFAULT, '--duration', '1', '-o', '/proc/x'], '/proc/x cannot be created'),
         (['simulate', 'constellation', '--duration', '1', '-o', 'x'], 'has 8 satellites; --sat'),

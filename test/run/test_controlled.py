@@ -10,7 +10,7 @@ import pytest
 
 from satdyn_ros.actuators import Command
 from satdyn_ros.run.controlled import ControlledSimulation
-from satdyn_ros.run.controllers import ControllerFailed, Seen
+from satdyn_ros.run.controllers import ControllerFailed, Seen, named
 from satdyn_ros.run.events import Event, Request, Timeout
 from satdyn_ros.run.sample import Measurement
 from satdyn_ros.run.scenario import Scenario
@@ -191,3 +191,30 @@ def test_a_period_that_is_no_whole_number_of_ticks_is_refused(period_s):
     controller.period_s = period_s
     with pytest.raises(ValueError, match=r'it must be a multiple of the 0\.1 s between ticks'):
         controlled(controller)
+
+
+GIVEN = """
+class Given:
+    def __init__(self, **parameters):
+        self.parameters = parameters
+
+    def command(self, sample):
+        return {}
+"""
+
+
+def test_parameters_are_read_as_those_of_ros(tmp_path):
+    """rcl, and JSON, by which a sweep hands them on, write 1e-05, which YAML takes for a text."""
+    path = tmp_path / 'given.py'
+    path.write_text(GIVEN)
+    made: Any = named(f'{path}:Given', ['gain=1e-05', 'axes=[1e-3, 2, -.5]', 'name=x', 'on=true'])
+    assert made.parameters == {
+        'gain': 1e-5,
+        'axes': [1e-3, 2, -0.5],
+        'name': 'x',
+        'on': True,
+    }
+    with pytest.raises(
+        ValueError, match='its parameter gain is given twice; it may be given once'
+    ):
+        named(f'{path}:Given', ['gain=1', 'gain=2'])

@@ -17,7 +17,6 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
-from type_description_interfaces.srv import GetTypeDescription
 
 from satdyn_ros.messages.contents import message
 from satdyn_ros.ros.publishing import message_class
@@ -182,15 +181,15 @@ class Participant:
         It loses its answer to one that it has not discovered.  It discovers them in their order:
         once it answers a later one, it knows those before.
         """
-        name = f'{node_name}/get_type_description'
-        later = self.node.create_client(GetTypeDescription, name)
+        name = f'{node_name}/get_parameters'
+        later = self.node.create_client(GetParameters, name)
         self.wait_until(later.service_is_ready, name)
         end_s = time.monotonic() + PATIENCE_S
-        future = later.call_async(GetTypeDescription.Request())
+        future = later.call_async(GetParameters.Request())
         self.executor.spin_until_future_complete(future, 0.5)
         while not future.done():
             assert time.monotonic() < end_s, f'the answer of {name} did not come'
-            future = later.call_async(GetTypeDescription.Request())
+            future = later.call_async(GetParameters.Request())
             self.executor.spin_until_future_complete(future, 0.5)
         self.node.destroy_client(later)
 

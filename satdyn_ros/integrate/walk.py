@@ -212,6 +212,10 @@ def _begin_step(l, p, lanes):
     settings = _of(m, SETTINGS_AT, SETTINGS, p)
     constants = _of(m, CONSTANTS_AT, p[CONSTANT_COUNT], p)
     t = c[END]
+    if c[STEPS] == 0.0:
+        # While a motion waits at its begin, the attempts of other lanes write into its y.
+        for i in range(p[SIZE]):
+            y[i * count + l] = y_0[i * count + l]
     if p[ANOMALY_AT] > 0 and int(c[STEPS]) % STEPS_PER_FIX == 0:
         f = true_anomaly_of_one(
             settings[ANOMALY] + settings[MEAN_MOTION] * t, settings[ECCENTRICITY]

@@ -158,6 +158,21 @@ def test_each_run_has_the_bits_that_it_has_alone(kind, seed):
                 assert_row_is(runs.sample, run, singles[run].sample)
 
 
+def test_a_run_that_begins_anew_may_wait():
+    """At its tick 0, while others go on, for any number of ticks."""
+    first = Scenario({'publish.rate': 10.0, 'initial.angular_velocity': [0.1, 0.2, 0.3]})
+    other = first.with_values({'initial.angular_velocity': [0.2, 0.0, 0.1]})
+    runs = SideBySide([first, first])
+    for _ in range(3):
+        runs.step()
+    runs.begin({1: other})
+    for _ in range(20):
+        runs.step(np.array([True, False]))
+    single = alone(other)
+    assert_row_is(runs.sample, 1, single.sample)
+    assert_row_is(runs.step(), 1, single.step())
+
+
 def test_what_is_along_the_orbits_is_that_of_each_run():
     """Field, Sun and torques, where the runs are on orbits of their own."""
     base = Scenario({**ENVIRONMENT, 'body.dipole': [0.1, 0.0, 0.0], 'orbit.type': 'kepler'})

@@ -114,7 +114,9 @@ def drift_since(
         for begin, end in pairwise([*np.unique(since), size.shape[-1]]):
             rows = size[..., begin:end]
             np.maximum.accumulate(rows, axis=-1, out=rows)
-        drift[name] = np.divide(change, size, out=np.zeros_like(change), where=size > 0.0)
+        # What is zero in all its parts does not drift; nan: the motion does not conserve it.
+        still = np.where(np.isnan(change), np.nan, 0.0)
+        drift[name] = np.divide(change, size, out=still, where=size > 0.0)
         last_sizes[name] = size[..., -1]
     return drift, last_sizes
 

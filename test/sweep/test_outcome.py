@@ -80,6 +80,12 @@ SWEEPS = {
         'body.weight_moment.z': {'values': [0.0, 1e-4]},
         'initial.angular_velocity.z': {'values': [0.0, 0.01, -1e300]},
     },
+    # The first is not symmetric about its rotor, and has no rate that would be conserved.
+    'resting': {
+        'orbit.type': {'values': ['fixed']},
+        'initial.frame': {'values': ['inertial']},
+        'body.inertia': {'values': [[600.0, 800.0, 800.0], [800.0, 600.0, 800.0]]},
+    },
 }
 
 
@@ -104,6 +110,8 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
         parameters['environment'] = {'magnetic_field': 'dipole'}
     if name == 'modes':
         parameters['rotor'] = {}
+    if name == 'resting':
+        parameters['rotor'] = {'mode': 'free', 'inertia': 2.0, 'speed': 8.0}
     if name == 'wheels':
         parameters['rotor'] = {
             'names': ['a', 'b', 'c'],

@@ -220,7 +220,8 @@ class SideBySide:
 
     def _look(self, rows):
         """Make the sample of now, for which the sensors of some runs measure."""
-        states, measured = self._states(), self._measured
+        standing = self._relays.states()
+        states, measured = self._states(*standing), self._measured
         for name, found in self._suites.measure(rows, self.tick, states).items():
             runs, exposed, values = found
             whole, since = measured.get(name) or (
@@ -230,13 +231,19 @@ class SideBySide:
             whole[rows] = np.nan
             whole[runs], since[runs] = values, exposed
             measured[name] = whole, since
-        self.sample = SampleColumns(
-            self.scenarios[0], self.ticks, self.tick, states, measured, self._alone
+        # A sample shows its own ticks, whatever acts when it is looked at.
+        scenarios, acting, inner = [*self.scenarios], dict(self._acting), standing[-1]
+
+        def alone(m):
+            system = self._driven_by(scenarios[m].system, acting, m)
+            return _samples_of_one(sample, system, inner, m)
+
+        sample = self.sample = SampleColumns(
+            self.scenarios[0], self.ticks, self.tick, states, measured, alone
         )
 
-    def _states(self):
+    def _states(self, q_ib, omega_bi_b, speed, angle, inner):
         """Return the states where the runs stand, a row of each."""
-        q_ib, omega_bi_b, speed, angle, inner = self._relays.states()
         at_s = self.ticks.seconds_of(self.tick)
         none = np.full(len(self), np.nan)
 
@@ -259,23 +266,6 @@ class SideBySide:
             return of(slice(None), *next(iter(groups)))
         return Apart([(rows, of(rows, *surroundings)) for surroundings, rows in groups.items()])
 
-    def _alone(self, m):
-        """Return the samples of run m where it stands."""
-        sample, system, row = self.sample, self._system_of(m), slice(m, m + 1)
-        states = States(
-            sample.t_s[row],
-            sample.q_ib[row],
-            sample.omega_bi_b[row],
-            sample.rotor_speed[row],
-            sample.rotor_angle[row],
-            np.full(1, np.nan),
-            system.orbit,
-            sample.t_s[row],
-            environment=system.environment,
-            inner={name: x[row] for name, x in self._relays.states()[-1].items()},
-        )
-        return Samples(int(self.tick[m]), sample.stamp_ns[row], states, system)
-
     # -- what is known of the runs ---------------------------------------------------------------
 
     def _know(self):
@@ -293,8 +283,12 @@ class SideBySide:
 
     def _system_of(self, m: int) -> System:
         """Return the system of run m under what acts."""
-        acting = {name: _of_one(held, m) for name, held in self._acting.items()}
-        return self.equipment.driven(self.scenarios[m].system, acting)
+        return self._driven_by(self.scenarios[m].system, self._acting, m)
+
+    def _driven_by(self, system, acting, m):
+        """Return the system of a run under its row of what acts."""
+        of_one = {name: _of_one(held, m) for name, held in acting.items()}
+        return self.equipment.driven(system, of_one)
 
     def _driven(self) -> Driven:
         """Return what acts on all runs."""
@@ -341,6 +335,24 @@ def _motion(scenario, system=None, state=None, start_s=0.0):
     motion = scenario.motion_from(system, state, start_s, MOST_STEPS_A_TICK)
     assert isinstance(motion, Propagation)
     return motion
+
+
+def _samples_of_one(sample, system, inner, m):
+    """Return the row of run m of a sample as the samples of a run alone."""
+    row = slice(m, m + 1)
+    states = States(
+        sample.t_s[row],
+        sample.q_ib[row],
+        sample.omega_bi_b[row],
+        sample.rotor_speed[row],
+        sample.rotor_angle[row],
+        np.full(1, np.nan),
+        system.orbit,
+        sample.t_s[row],
+        environment=system.environment,
+        inner={name: x[row] for name, x in inner.items()},
+    )
+    return Samples(int(sample.tick[m]), sample.stamp_ns[row], states, system)
 
 
 def _alike(scenario):

@@ -192,6 +192,20 @@ def test_what_is_along_the_orbits_is_that_of_each_run():
             np.testing.assert_array_equal(columns.torques_b[name][run], torque_b)
 
 
+def test_a_sample_stays_what_it_was():
+    """Its torques, where they are first looked at when other commands act and time has passed."""
+    base = Scenario({**ENVIRONMENT, 'publish.rate': 0.1, 'orbit.inclination': 0.9})
+    runs = SideBySide([base, base.with_values({'orbit.inclination': 0.3})])
+    runs.act(dipole_b=[0.1, 0.0, 0.0])
+    columns = runs.step()
+    runs.act(dipole_b=[0.0, 0.2, 0.0])
+    runs.step()
+    runs.begin({0: base})
+    for run, B_b in enumerate(columns.magnetic_field_b):
+        torque_b = columns.torques_b['magnetic_torque'][run]
+        np.testing.assert_allclose(torque_b, np.cross([0.1, 0.0, 0.0], B_b), rtol=1e-12)
+
+
 def test_a_run_that_ends_lets_the_others_go_on():
     """A body that is made to turn too fast stays where it was, and why is said."""
     base = Scenario({'publish.rate': 1.0, 'orbit.type': 'fixed'})

@@ -23,6 +23,8 @@ from .publishing import message_class, qos_profile
 _LOOK_S = 0.05
 # Subscribers of one process are found one after the other.
 _SETTLE_S = 0.5
+# The system sleeps for some centuries at most.
+_LONGEST_SLEEP_S = 3600.0
 _ACKNOWLEDGED = Duration(seconds=2)
 
 
@@ -125,7 +127,8 @@ def _play(bag, from_ns, rate, publishers, clock):
         if log_time_ns != now_ns:
             now_ns = log_time_ns
             deadline_s = begin_s + (log_time_ns - from_ns) / SECOND_NS / rate
-            time.sleep(max(0.0, deadline_s - time.monotonic()))
+            while (left_s := deadline_s - time.monotonic()) > 0.0:
+                time.sleep(min(left_s, _LONGEST_SLEEP_S))
             if clock is not None:
                 clock.publish(Clock(clock=Time(nanoseconds=log_time_ns).to_msg()))
         publishers[topic].publish(data)

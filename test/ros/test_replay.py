@@ -125,6 +125,16 @@ def test_a_loop_goes_on_until_ctrl_c(bag, listener):
     assert ended(process, signal.SIGINT) == (130, '', '')
 
 
+def test_the_next_message_may_be_centuries_away(bag, listener):
+    """A rate may be as small as a number can be; Ctrl-C ends that quietly too."""
+    heard = hear_all(listener)
+    process = replay(bag, '--wait', '--rate', 1e-300)
+    listener.wait_until(lambda: heard, 'the first message')
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(timeout=3.0)
+    assert ended(process, signal.SIGINT)[2] == ''
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ('arguments', 'sentence'),

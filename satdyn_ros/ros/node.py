@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy.logging
 import rclpy.node
+from rclpy.exceptions import ParameterException
 
 from ..base.interruption import uninterrupted
 from ..base.nanoseconds import SECOND_NS
@@ -116,7 +117,10 @@ class SatdynNode(rclpy.node.Node):
         **kwargs: Any,
     ):
         name = kwargs.pop('node_name', 'satdyn')
-        super().__init__(name, start_parameter_services=False, **kwargs)
+        try:
+            super().__init__(name, start_parameter_services=False, **kwargs)
+        except ParameterException as error:
+            raise ValueError(str(error)) from error
         # Why the exit code is 1: the ticks have ended, or a bag does not hold what it should.
         self.failure: str | None = None
         # Whether the ticks have ended by an error; nothing is left to spin for.

@@ -40,12 +40,18 @@ def given_parameters(node: Node) -> dict[str, Any]:
 
 
 def give_rclpy_its_own(node: Node, values: Mapping[str, Any]) -> None:
-    """Let rclpy have those of values that are its own parameters, where nothing overrides them."""
+    """
+    Let rclpy have those of values that are its own parameters, where nothing overrides them.
+
+    ValueError: one of them is not allowed.
+    """
     own = set(values) - set(without_rclpys(values)) - set(node._parameter_overrides)
     for name in sorted(own):
         parameter = Parameter(name, value=values[name])
         node._parameter_overrides[name] = parameter
         if node.has_parameter(name):
+            if parameter.type_ != node.get_parameter(name).type_:
+                raise ValueError(f'{name} is {values[name]!r}; it must be true or false')
             node.set_parameters([parameter])
 
 

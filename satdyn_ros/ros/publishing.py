@@ -103,6 +103,8 @@ class Publishing:
 
     def open(self, names: Iterable[str]) -> tuple[str, ...]:
         """Make the publishers of topics that have none yet; return those that can be published."""
+        names = tuple(names)
+        self._refuse_shared(names)
         return tuple(name for name in names if name in self.publishers or self._add(name))
 
     def latch(self, scenario: Scenario) -> None:
@@ -142,6 +144,19 @@ class Publishing:
         if self._clock is not None:
             outputs.insert(0, (self._clock.publish, self._clock_packer.pack(samples)))
         return PackedTicks(len(samples), rows, outputs)
+
+    def _refuse_shared(self, names):
+        """Raise ValueError where remapping makes one topic of two."""
+        scenario = self._scenario
+        by_topic: dict[str, str] = {}
+        for name in dict.fromkeys((*scenario.inputs, *scenario.sensors, *names)):
+            topic = self._node.resolve_topic_name(scenario.topic_table[name].name)
+            other = by_topic.setdefault(topic, name)
+            if other != name:
+                raise ValueError(
+                    f'{other} and {name} are both the topic {topic}; each must have one of its '
+                    'own, by which a bag tells them apart'
+                )
 
     def _watch_clock(self):
         """Warn once when the time has a second source."""

@@ -326,6 +326,13 @@ WRONG = [
         ['-p', 'publish.topics:=[imu, attitude, imu]'],
         'publish.topics has imu twice; each may be given once',
     ),
+    (['-p', 'use_sim_time:=3'], "parameter 'use_sim_time' to '3' of type 'INTEGER', expecting "),
+    (['-r', 'attitude:=imu'], 'attitude and imu are both the topic /imu; each must have one of'),
+    (['-r', 'imu:=torque'], 'torque and imu are both the topic /torque; each must have one of'),
+    (
+        ['-r', 'gyro:=imu', '-p', 'sensors.names:=[gyro]'],
+        'gyro and imu are both the topic /imu; each must have one of its own',
+    ),
     (['--bogus'], "--ros-args does not allow ['--bogus']"),
     (['-p', 'publish.rate:=0'], 'publish.rate is 0; it must be a number above 0'),
     (
@@ -353,6 +360,17 @@ def test_wrong_input_ends_the_node_with_one_sentence(tmp_path, ros_args, sentenc
     (line,) = errors.splitlines()
     assert line.startswith('satdyn node: ')
     assert sentence in line
+
+
+@pytest.mark.parametrize('name', ['use_sim_time', 'start_type_description_service'])
+def test_a_parameter_of_rclpys_is_checked_in_our_own_file_too(tmp_path, name):
+    """It is not dropped without a word."""
+    path = tmp_path / 'wrong.yaml'
+    path.write_text(f'/**:\n  ros__parameters:\n    {name}: 3\n')
+    process = start(['--params-file', str(path)], tmp_path)
+    _, errors = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 2
+    assert errors == f'satdyn node: {name} is 3; it must be true or false\n'
 
 
 @pytest.mark.long

@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
+from type_description_interfaces.srv import GetTypeDescription
 
 from satdyn_ros.messages.contents import message
 from satdyn_ros.ros.publishing import message_class
@@ -181,15 +182,17 @@ class Participant:
         It loses its answer to one that it has not discovered.  It discovers them in their order:
         once it answers a later one, it knows those before.
         """
-        name = f'{node_name}/get_parameters'
-        later = self.node.create_client(GetParameters, name)
+        # Of all nodes, configured or not; one that asks for no type hash makes rcl complain.
+        name = f'{node_name}/get_type_description'
+        request = GetTypeDescription.Request(type_hash=f'RIHS01_{64 * "0"}')
+        later = self.node.create_client(GetTypeDescription, name)
         self.wait_until(later.service_is_ready, name)
         end_s = time.monotonic() + PATIENCE_S
-        future = later.call_async(GetParameters.Request())
+        future = later.call_async(request)
         self.executor.spin_until_future_complete(future, 0.5)
         while not future.done():
             assert time.monotonic() < end_s, f'the answer of {name} did not come'
-            future = later.call_async(GetParameters.Request())
+            future = later.call_async(request)
             self.executor.spin_until_future_complete(future, 0.5)
         self.node.destroy_client(later)
 

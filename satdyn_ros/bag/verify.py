@@ -28,8 +28,8 @@ from .rerun import Records, rerun
 
 # A propagation is not limited by a tolerance below this.
 _LEAST_TOLERANCE = 1e-13
-# What a step may change an integral by, and its interpolation, in tolerances.
-_OF_A_STEP, _OF_INTERPOLATION = 6.0, 18.0
+# The variables whose errors every step looks at: attitude, rate, and the orbit's anomaly.
+_VARIABLES = 9
 # The last digits by which an angle since tick 0 may be off.
 _ROUNDINGS = 10.0
 
@@ -319,9 +319,11 @@ class _Conservation:
     """
     How far the first integrals of a run drift between events; drift: the largest, relative.
 
-    A step is taken if the root mean square of its errors of up to nine variables is within the
-    tolerance, of attitude by half the angle and of rate relative to the rates that the sizes of
-    integrals.py are made of: each integral changes by at most 2 sqrt(9) tolerances of its size.
+    A step is taken if the root mean square of its errors of n variables is within the tolerance,
+    of attitude by half the angle and of rate relative to the rates that the sizes of integrals.py
+    are made of: each integral changes by at most 2 sqrt(n) tolerances of its size, and by twice
+    that where modes swing, whose errors are relative to the sum of the swing at both ends of the
+    step.  n is nine at most, and one more for each variable of a mode or of a torque.
     From there on the motion keeps it, so that what the steps change adds up and does not grow.
     Within a step the interpolation of an oscillation is off by three times the step's estimate,
     in the first row as in the last.  Angles since tick 0, of the orbit and of the body, which a
@@ -332,13 +334,15 @@ class _Conservation:
         self.drift: dict[str, float] = {}
         self._tolerance = max(tolerance, _LEAST_TOLERANCE)
         self._steps = 0
+        self._of_a_step = 0.0
         self._angle_rad = 0.0
         self._measuring = Drift()
 
     @property
     def allowed(self) -> float:
         """Return the drift that as many steps, and such angles, allow."""
-        of_steps = _OF_A_STEP * self._steps + 2.0 * _OF_INTERPOLATION
+        # The interpolation, in two rows, is as that of six steps.
+        of_steps = self._of_a_step * (self._steps + 6.0)
         return self._tolerance * of_steps + _ROUNDINGS * np.finfo(float).eps * self._angle_rad
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
@@ -353,9 +357,13 @@ class _Conservation:
         self._add(self._measuring.close())
 
     def _add(self, measured: list[MeasuredDrift]) -> None:
-        for _, states, drift in measured:
+        for parts, states, drift in measured:
             if not drift:
                 continue
+            of_a_step = 2.0 * np.sqrt(_VARIABLES + len(states.inner))
+            if parts[0].system.modes:
+                of_a_step *= 2.0
+            self._of_a_step = max(self._of_a_step, of_a_step)
             for name, values in drift.items():
                 before = self.drift.get(name, 0.0)
                 self.drift[name] = float(np.fmax.reduce(np.abs(values), initial=before))

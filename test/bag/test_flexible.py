@@ -34,6 +34,27 @@ def test_it_verifies(bag):
     assert verdict.same_bytes
 
 
+def test_a_few_ticks_of_a_long_boom_verify(tmp_path):
+    """The swing of a mode within its first step is off by more than a rigid body's rate is."""
+    scenario = Scenario.from_yaml('config/flexible.yaml').with_values(
+        {
+            'initial.frame': 'inertial',
+            'initial.angular_velocity': [0.0, 0.0, 0.0],
+            'motion.tolerance': 1e-11,
+            'publish.rate': 29.97,
+            'time.epoch_ns': 10**18,
+            'flexible.torsion.frequency': 0.03,
+            'flexible.torsion.damping': 0.5,
+            'flexible.fuel.frequency': 0.16,
+        }
+    )
+    for _ in simulate(scenario, 0.12, tmp_path / 'bag'):
+        pass
+    verdict = verify(tmp_path / 'bag')
+    assert verdict.is_true, verdict
+    assert verdict.drift['energy_balance'] > 0.3 * verdict.allowed_drift
+
+
 def test_its_messages_name_the_modes(bag):
     """As sensor_msgs/JointState: the displacement as position, the rate as velocity."""
     data = bytes(Bag(bag).messages('/flexible').data[0])

@@ -62,11 +62,13 @@ class Comparison:
         self.same_bytes = True
         self.of_allowed = 0.0
         self._run = run
-        self._names = {run.channel_id(name): name for name in run.names if run.channel_id(name)}
+        self._names = {run.channel_id(name): name for name in run.names}
         # Commands have no fixed layout, and come from the bag itself: their bytes must be the
         # same.
         self._layouts = {
-            i: run.layout(name) for i, name in self._names.items() if name not in run.inputs
+            i: run.layout(name)
+            for i, name in self._names.items()
+            if name not in run.inputs and run.names[name] in run.bag.channel_ids
         }
         self._allowed: dict[tuple[int, str], float] = {}
 

@@ -32,6 +32,8 @@ from . import run_metadata
 
 # A tick with a message takes two bytes at least; topics may be switched off for so many ticks.
 _TICKS_WITHOUT_MESSAGES = 5_000_000
+# The numbers that a channel may have.
+_CHANNELS = 2**16
 # Where the last of these at a tick is a halt, the run does not reach it.
 _ENDS = Halt | Request | Reset
 
@@ -47,6 +49,8 @@ class RecordedRun:
 
     Attributes
     ----------
+    provenance : dict
+        what each file says of the run, as run_metadata.provenance
     scenario : Scenario
         with the epoch resolved
     names : dict
@@ -76,12 +80,13 @@ class RecordedRun:
                 f'{path} holds no scenario: satdyn_ros did not write it, or another program, '
                 'such as ros2 bag convert, rewrote it without one'
             )
-        torques = run_metadata.torques_of(begin[run_metadata.SCENARIO])
+        self.provenance = begin[run_metadata.SCENARIO]
+        torques = run_metadata.torques_of(self.provenance)
         with self.reading(run_metadata.SCENARIO):
-            text = begin[run_metadata.SCENARIO]['scenario']
+            text = self.provenance['scenario']
             values = parameters_of_record(text, 'its scenario')
             self.scenario = Scenario(values, torques, rules=self.rules)
-            self.scenario.typed = run_metadata.typed_of(begin[run_metadata.SCENARIO])
+            self.scenario.typed = run_metadata.typed_of(self.provenance)
             self._check_inputs()
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
@@ -171,8 +176,22 @@ class RecordedRun:
             return Simulation.from_snapshot(scenario, self.snapshot, later, self.rules)
 
     def channel_id(self, name: str) -> int:
-        """Return the channel of a topic by its name in the scenario; 0: it has none yet."""
-        return self.bag.channel_ids.get(self.names[name], 0)
+        """
+        Return the channel of a topic by its name in the scenario.
+
+        A topic of which the bag has none has a number that no other topic has.
+        """
+        return self._channel_ids[name]
+
+    @cached_property
+    def _channel_ids(self) -> dict[str, int]:
+        declared = self.bag.channel_ids
+        taken = {*declared.values()}
+        free = (i for i in range(1, _CHANNELS) if i not in taken)
+        return {
+            name: declared[topic] if topic in declared else next(free, 0)
+            for name, topic in self.names.items()
+        }
 
     def layout(self, name: str) -> np.dtype:
         """Return the layout of a topic's messages, by its name in the scenario."""
@@ -332,6 +351,9 @@ class Happened:
                     self._events.append(
                         run_metadata.event_from_record(record.metadata, scenario.keys)
                     )
+                case run_metadata.SCENARIO:
+                    if record.metadata != self._run.provenance:
+                        raise Damaged('it is not that of the file before')
                 case run_metadata.HELD:
                     self._held = run_metadata.held_from_record(record.metadata)
                 case run_metadata.SNAPSHOT:

@@ -35,11 +35,12 @@ def bag(tmp_path_factory):
     return flights.record(tmp_path_factory.mktemp('verify') / 'bag')
 
 
-def rewritten(bag, path, change):
+def rewritten(bag, path, change, without=None):
     """
     Write a bag's file again with the mcap library's own writer, in other chunks.
 
-    change: a message (topic, log time, data) to a list of those that take its place.
+    change: a message (topic, log time, data) to a list of those that take its place.  without: a
+    topic to leave out.
     """
     with open(path, 'wb') as file:
         writer = Writer(file, 5000, CompressionType.LZ4)
@@ -54,13 +55,15 @@ def rewritten(bag, path, change):
                 )
             elif isinstance(record, Channel):
                 topics[record.id] = record.topic
+                if record.topic == without:
+                    continue
                 channels[record.topic] = writer.register_channel(
                     record.topic, 'cdr', schemas[record.schema_id], record.metadata
                 )
             elif isinstance(record, Metadata):
                 writer.flush()
                 writer.add_metadata(record.name, record.metadata)
-            elif isinstance(record, Message):
+            elif isinstance(record, Message) and topics[record.channel_id] != without:
                 for topic, log_time, data in change(
                     topics[record.channel_id], record.log_time, record.data
                 ):
@@ -172,6 +175,14 @@ def test_a_missing_or_foreign_message_is_a_difference(bag, tmp_path, change, tic
     """The sequence counts: what is missing, added, longer or at another time."""
     verdict = verify(rewritten(bag, tmp_path / 'copy.mcap', change))
     assert flights.difference(verdict).tick == tick
+
+
+@pytest.mark.parametrize('topic', ['/attitude', '/imu'])
+def test_a_topic_that_is_gone_is_a_difference(bag, tmp_path, topic):
+    """With its channel, as programs that filter a bag leave it out."""
+    verdict = verify(rewritten(bag, tmp_path / 'filtered.mcap', unchanged, without=topic))
+    difference = flights.difference(verdict)
+    assert (difference.topic, difference.tick) == (topic, 0)
 
 
 def test_another_order_within_a_tick_is_a_difference(bag, tmp_path):
@@ -552,6 +563,24 @@ def test_another_comment_in_a_definition_is_allowed(bag, tmp_path, monkeypatch):
 
     monkeypatch.setattr(Writer, 'register_schema', commented)
     assert verify(rewritten(bag, tmp_path / 'other.mcap', unchanged)).same_bytes
+
+
+def test_files_of_another_scenario_are_refused(tmp_path):
+    """Each file is to verify alone: what it says of the run is what the first one says."""
+    scenario = flights.GYROSTAT.with_values({'record.max_duration_s': 1.0})
+    bag = flights.record(tmp_path / 'bag', scenario, 60, ())
+    (bag / 'metadata.yaml').unlink()
+    last = bag / 'bag_1.mcap'
+    records = [found.item for found in scan(last)]
+
+    def changed(record):
+        said = record.metadata
+        return said | {'rules': '6'} if record.name == run_metadata.SCENARIO else said
+
+    last.unlink()
+    flights.rewritten(records, last, changed).finish()
+    with pytest.raises(Damaged, match='satdyn_ros/scenario: it is not that of the file before'):
+        verify(bag)
 
 
 def test_files_that_swap_their_topics_are_refused(tmp_path):

@@ -336,9 +336,11 @@ def _stride(step_s: str | float, rate: Fraction) -> int:
     except (ValueError, ZeroDivisionError):
         ticks = Fraction(0)
     if ticks <= 0 or ticks.denominator != 1:
+        # A decimal where that is the tick itself, else its fraction: what is named is allowed.
+        tick, text = 1 / rate, f'{float(1 / rate):g}'
+        allowed = text if Fraction(text) == tick else str(tick)
         raise ValueError(
-            f"the step is {step_s} s; it must be a multiple of the bag's tick of "
-            f'{float(1 / rate):g} s'
+            f"the step is {step_s} s; it must be a multiple of the bag's tick of {allowed} s"
         )
     # No run has so many.
     return min(int(ticks), 2**62)

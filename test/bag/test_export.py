@@ -341,6 +341,16 @@ def test_one_tick_is_enough(bag, tmp_path, kind):
     assert export(bag, tmp_path / f'one.{kind}', Options(step_s=1000)) == 1
 
 
+@pytest.mark.parametrize(('rate', 'tick'), [(29.97, '100/2997'), (50.0, '0.02'), (3.0, '1/3')])
+def test_the_tick_that_a_refusal_names_is_a_step(tmp_path, rate, tick):
+    """As a fraction where no decimal is the tick."""
+    scenario = flights.GYROSTAT.with_values({'publish.rate': rate})
+    bag = flights.record(tmp_path / 'bag', scenario, 5, ())
+    with pytest.raises(ValueError, match=f'tick of {tick} s'):
+        export(bag, tmp_path / 'x.csv', Options(step_s='0.0333667'))
+    assert export(bag, tmp_path / 'x.csv', Options(step_s=tick)) == 5
+
+
 def test_what_does_not_fit_is_refused(bag, tmp_path):
     """In one sentence, and no file is left."""
     fixed = Scenario({'orbit.type': 'fixed', 'publish.topics': ('attitude',)})

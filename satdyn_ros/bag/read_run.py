@@ -326,8 +326,8 @@ class Happened:
         timeout = run.ticks.timeout(0, run.scenario['torque.timeout'])
         self._timeout = timeout if run.rules >= EVENTS_FOLLOW else None
         self._held = self._timeout
-        # The first ticks of the files.
-        self.begins: list[int] = []
+        # The snapshots with which files begin, by their ticks.
+        self.begins: dict[int, dict[str, Any]] = {}
 
     def take(self, item: TopicBlock | Metadata) -> None:
         """Process the next item."""
@@ -359,7 +359,7 @@ class Happened:
                 case run_metadata.SNAPSHOT:
                     self._held = self._timeout
                     snapshot = run_metadata.snapshot_from_record(record.metadata, scenario)
-                    self.begins.append(snapshot['tick'])
+                    self.begins[snapshot['tick']] = snapshot
 
     def _held_as_recorded(self, event: Command) -> Event:
         if self._held is None or not kind_of(event.topic).is_held:

@@ -1,10 +1,12 @@
 """Whether a bag holds what its scenario and its events give: the run is repeated and compared."""
 
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mcap.records import Header, Metadata
@@ -125,10 +127,14 @@ def verify(
     other_machine = _other_machine(recorded)
     conservation = _Conservation(recorded.scenario['motion.tolerance'])
     derived = _Derived(recorded)
+    # Of another machine they differ by rounding, and of other rules in what they hold.
+    is_alike = not other_machine and recorded.rules == RULES
+    snapshots = _Snapshots(recorded, recorded.happened.begins if is_alike else {})
 
     def observe(simulation: Simulation, applied: list[Event], samples: Samples) -> None:
         conservation.observe(simulation, samples)
         derived.observe(applied, samples)
+        snapshots.observe(simulation, samples)
         first = recorded.first_tick
         show(simulation.next_tick - first, recorded.end_tick - first)
 
@@ -141,6 +147,7 @@ def verify(
         difference = _compared(comparison, messages, runs, () if has_samples else recorded.inputs)
         if has_samples:
             difference = difference or derived.difference(messages.last_ns)
+            difference = difference or snapshots.difference
     except BagError:
         raise
     except ValueError as error:
@@ -313,6 +320,36 @@ class _Derived:
 
     def _derived(self, events: list[Event]) -> list[Event]:
         return [event for event in events if isinstance(event, self._kinds)]
+
+
+class _Snapshots:
+    """
+    The snapshots with which files begin, by their ticks, compared with those of a run.
+
+    difference: the first one.  A file that is read alone continues from its own.
+    """
+
+    def __init__(self, recorded: RecordedRun, begins: Mapping[int, Mapping[str, Any]]):
+        self.difference: Difference | None = None
+        self._ticks = recorded.ticks
+        self._begins = begins
+        self._waiting = deque(sorted(begins))
+
+    def observe(self, simulation: Simulation, samples: Samples) -> None:
+        """Take samples of a run."""
+        while self._waiting and self._waiting[0] < samples.first_tick + len(samples):
+            tick = self._waiting.popleft()
+            if self.difference is None and tick >= samples.first_tick:
+                self.difference = self._found(tick, simulation.snapshot(tick))
+
+    def _found(self, tick, snapshot):
+        said = run_metadata.to_record(self._begins[tick])
+        # Only the first file of a run is its start.
+        held = run_metadata.to_record({**snapshot, 'is_start': self._begins[tick].get('is_start')})
+        for name in sorted(said.keys() | held.keys()):
+            if said.get(name) != held.get(name):
+                return Difference('the snapshot', tick, self._ticks.seconds(tick), name)
+        return None
 
 
 class _Conservation:

@@ -1,5 +1,6 @@
 """Running a bag again distinguishes a true one from any other."""
 
+import json
 import struct
 from dataclasses import replace
 from pathlib import Path
@@ -581,6 +582,33 @@ def test_files_of_another_scenario_are_refused(tmp_path):
     flights.rewritten(records, last, changed).finish()
     with pytest.raises(Damaged, match='satdyn_ros/scenario: it is not that of the file before'):
         verify(bag)
+
+
+@pytest.mark.parametrize('name', ['state', 'begin_state', 'conditions', 'until'])
+def test_a_file_that_would_continue_otherwise_is_a_difference(tmp_path, name):
+    """A snapshot counts where the file before leads to it, too: alone its file runs from it."""
+    scenario = flights.GYROSTAT.with_values({'record.max_duration_s': 1.0})
+    bag = flights.record(tmp_path / 'bag', scenario, 60)
+    assert verify(bag).is_true
+    (bag / 'metadata.yaml').unlink()
+    last = bag / 'bag_1.mcap'
+    records = [found.item for found in scan(last)]
+
+    def changed(record):
+        said = record.metadata
+        if record.name != run_metadata.SNAPSHOT:
+            return said
+        value = {'until': {'torque': 55}}.get(name, json.loads(said[name]))
+        if 'q_ib' in value:
+            value['q_ib'][0] += 1e-9
+        if 'rotor.speed' in value:
+            value['rotor.speed'] = 1.0
+        return said | {name: json.dumps(value)}
+
+    last.unlink()
+    flights.rewritten(records, last, changed).finish()
+    difference = flights.difference(verify(bag))
+    assert (difference.topic, difference.field) == ('the snapshot', name)
 
 
 def test_files_that_swap_their_topics_are_refused(tmp_path):

@@ -6,7 +6,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from mcap.records import Header, Metadata
@@ -126,10 +125,7 @@ def verify(
     recorded, notes = _recorded(path)
     other_machine = _other_machine(recorded)
     conservation = _Conservation(recorded.scenario['motion.tolerance'])
-    derived = _Derived(recorded)
-    # Of another machine they differ by rounding, and of other rules in what they hold.
-    is_alike = not other_machine and recorded.rules == RULES
-    snapshots = _Snapshots(recorded, recorded.happened.begins if is_alike else {})
+    derived, snapshots = _Derived(recorded), _Snapshots(recorded, other_machine)
 
     def observe(simulation: Simulation, applied: list[Event], samples: Samples) -> None:
         conservation.observe(simulation, samples)
@@ -146,8 +142,7 @@ def verify(
     try:
         difference = _compared(comparison, messages, runs, () if has_samples else recorded.inputs)
         if has_samples:
-            difference = difference or derived.difference(messages.last_ns)
-            difference = difference or snapshots.difference
+            difference = difference or derived.difference(messages.last_ns) or snapshots.difference
     except BagError:
         raise
     except ValueError as error:
@@ -326,14 +321,16 @@ class _Snapshots:
     """
     The snapshots with which files begin, by their ticks, compared with those of a run.
 
-    difference: the first one.  A file that is read alone continues from its own.
+    difference: the first one.  A file that is read alone continues from its own.  Those of another
+    machine differ by rounding, and those of other rules in what they hold: they are not compared.
     """
 
-    def __init__(self, recorded: RecordedRun, begins: Mapping[int, Mapping[str, Any]]):
+    def __init__(self, recorded: RecordedRun, other_machine: Mapping[str, tuple[str, str]]):
         self.difference: Difference | None = None
         self._ticks = recorded.ticks
-        self._begins = begins
-        self._waiting = deque(sorted(begins))
+        is_alike = not other_machine and recorded.rules == RULES
+        self._begins = recorded.happened.begins if is_alike else {}
+        self._waiting = deque(sorted(self._begins))
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
         """Take samples of a run."""

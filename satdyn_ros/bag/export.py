@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -100,33 +100,32 @@ def export(
     options.check(kind)
     run = RecordedRun(path)
     columns = options.columns if kind in _TABLES else _message_columns(run, kind, options)
-    table, read = StateTable(run, columns, options.step_s), 0
+    table = StateTable(run, columns, options.step_s)
 
     def blocks() -> Iterator[Columns]:
-        nonlocal read
         for block in table.blocks():
             yield block
-            read += len(next(iter(block.values())))
             show(table.ticks_read, table.tick_count)
 
+    rows = _Rows.of(kind, blocks(), options.with_rates)
     with _complete(output) as part:
         if kind in _TABLES:
-            _TABLES[kind](part, table.names, blocks())
-            return read
+            _TABLES[kind](part, table.names, rows)
+            return rows.count
         subject = options.subject(Path(path))
         if kind == _KERNEL:
             kernel = CkWriter(part, subject, options.with_rates)
-            rows = _write_ck(kernel, blocks(), options.with_rates)
+            _write_ck(kernel, rows)
         else:
             with open(part, 'w+', encoding='ascii', newline='\n') as file:
-                rows = _MESSAGES[kind](file, table, blocks(), subject, options)
-        if rows == 0:
+                _MESSAGES[kind](file, table, rows, subject, options)
+        if rows.count == 0:
             with_rate = ' with a body rate' if options.with_rates else ''
             raise ValueError(f'{path} has no attitude{with_rate} to write')
         if kind == _KERNEL:
             _write_text(output.with_suffix('.tsc'), kernel.clock_kernel)
             _write_text(output.with_suffix('.tf'), kernel.frame_kernel)
-    return rows
+    return rows.count
 
 
 def _format_of(output):
@@ -175,64 +174,76 @@ def _message_columns(run, kind, options):
     return [*times, *(name for columns in wanted.values() for name in columns)]
 
 
-def _write_aem(file, table, blocks, subject, options):
+class _Rows:
+    """
+    What is written, piece by piece: blocks of a table, or the attitudes in them that are known.
+
+    count: of the rows in those that were taken.
+    """
+
+    def __init__(self, pieces: Iterator[Any], size_of: Callable[[Any], int]):
+        self.count = 0
+        self._pieces, self._size_of = pieces, size_of
+
+    def __iter__(self) -> Iterator[Any]:
+        for piece in self._pieces:
+            yield piece
+            self.count += self._size_of(piece)
+
+    @classmethod
+    def of(cls, kind: str, blocks: Iterator[Columns], with_rates: bool) -> '_Rows':
+        """Return what is written of a table in a format."""
+        if kind in (*_TABLES, '.oem'):
+            return cls(blocks, lambda block: len(next(iter(block.values()))))
+        return cls(_attitudes(blocks, with_rates), lambda attitudes: len(attitudes.t_s))
+
+
+def _write_aem(file, table, attitudes, subject, options):
     writer = AemWriter(file, subject, options.with_rates, options.aem_version)
-    segment, count = None, 0
-    for rows in _attitudes(blocks, options.with_rates):
+    segment = None
+    for rows in attitudes:
         if rows.segment != segment:
             writer.end_segment()
         writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
         segment = rows.segment
-        count += len(rows.stamps_ns)
     writer.end_segment()
-    return count
 
 
-def _write_stk(file, table, blocks, subject, options):
+def _write_stk(file, table, attitudes, subject, options):
     writer = StkAttitudeWriter(file, subject, options.with_rates)
-    count = 0
-    for rows in _attitudes(blocks, options.with_rates):
+    for rows in attitudes:
         writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
-        count += len(rows.stamps_ns)
     writer.close()
-    return count
 
 
 def _write_oem(file, table, blocks, subject, options):
     writer = OemWriter(file, subject)
-    orbit, count = table.run.scenario.system.orbit, 0
+    orbit = table.run.scenario.system.orbit
     for block in blocks:
         writer.write(block['stamp_ns'], *orbit.position_velocity(block['t_s']))
-        count += len(block['stamp_ns'])
     writer.end_segment()
-    return count
 
 
-def _write_czml(file, table, blocks, subject, options):
+def _write_czml(file, table, attitudes, subject, options):
     scenario = table.run.scenario
     writer = CzmlWriter(file, subject.object_name, scenario['body.box'])
-    count = 0
-    for rows in _attitudes(blocks, options.with_rates):
+    for rows in attitudes:
         to_itrs, r_t, *ground = scenario.system.environment.on_earth(rows.t_s)
         q_tb = rotation.multiply(rotation.from_matrix(to_itrs), rows.q_ib)
         writer.write(rows.stamps_ns, r_t, q_tb, *ground)
-        count += len(rows.stamps_ns)
     writer.close()
-    return count
 
 
-def _write_ck(writer, blocks, with_rates):
-    segment, count = None, 0
+def _write_ck(writer, attitudes):
+    segment = None
     try:
-        for rows in _attitudes(blocks, with_rates):
+        for rows in attitudes:
             if rows.segment != segment:
                 writer.end_segment()
             writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
             segment = rows.segment
-            count += len(rows.stamps_ns)
     finally:
         writer.close()
-    return count
 
 
 def _write_text(output, text):

@@ -3,13 +3,12 @@
 import argparse
 
 from ..base import numbers
+from ..base.one_line_parser import OneLineParser
 from ..base.units import Unfit, fitting, in_unit, is_quantity
 
-INPUT_IS_WRONG = 2
 
-
-class _Parser(argparse.ArgumentParser):
-    """A parser whose help begins with examples and ends with notes, with one-line errors."""
+class _Parser(OneLineParser):
+    """A parser whose help begins with examples and ends with notes."""
 
     examples = ''
     notes = ''
@@ -22,9 +21,6 @@ class _Parser(argparse.ArgumentParser):
         """Return the help without its examples."""
         notes = f'\n{self.notes}\n' if self.notes else ''
         return f'{super().format_help()}{notes}'
-
-    def error(self, message):
-        self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
 # The commands that compute a run, or read one that was computed.

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..base.interruption import Terminated, interruptible
+from ..base.one_line_parser import INPUT_IS_WRONG
 from ..base.sentences import one_sentence
-from .command_line import INPUT_IS_WRONG, parser
+from .command_line import parser
 from .output import output_that_may_fail, progress, show_notices
 
 DONE, ANSWER_IS_NO, INTERRUPTED, TERMINATED = 0, 1, 130, 143

@@ -1,6 +1,5 @@
 """The command `satdyn_node`, which is `satdyn node`: one node or a fleet, until asked to end."""
 
-import argparse
 import gc
 import logging
 import re
@@ -23,6 +22,7 @@ from rclpy.signals import install_signal_handlers
 
 from ..base import ros_yaml
 from ..base.interruption import interruptible, uninterrupted
+from ..base.one_line_parser import OneLineParser
 from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
 from ..run import controllers
@@ -112,16 +112,9 @@ def main(
         rclpy.try_shutdown()
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser with one-line errors."""
-
-    def error(self, message):
-        self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
-
-
 def _parser():
     """Return the parser of what stands before --ros-args."""
-    parser = _Parser('satdyn node', description='A satellite as a ROS 2 node.')
+    parser = OneLineParser('satdyn node', description='A satellite as a ROS 2 node.')
     parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
     parser.add_argument('--satellite', action='append', default=[], metavar='NAME')
     parser.add_argument(

@@ -15,6 +15,16 @@ from . import cache
 _LIBRARIES = 'numba', 'llvmlite', 'numpy', 'scipy'
 
 
+def sources(package: Path) -> list[Path]:
+    """Return the files of a package's code, in order."""
+    found = []
+    for folder, folders, names in os.walk(package):
+        # In there other processes remove the code of older sources while this one looks.
+        folders[:] = [name for name in folders if name != '__pycache__']
+        found += [Path(folder, name) for name in names if name.endswith('.py')]
+    return sorted(found)
+
+
 @functools.cache
 def code_folder() -> Path | None:
     """Return the folder, after removing those of older sources; None: there is no folder."""
@@ -24,7 +34,7 @@ def code_folder() -> Path | None:
     # numba itself looks for changes in a function's own file alone, not in what it calls.
     package = Path(__file__).parents[1]
     content = sha256()
-    for path in sorted(package.rglob('*.py')):
+    for path in sources(package):
         content.update(f'{path.relative_to(package)}\n'.encode() + path.read_bytes())
     for library in _LIBRARIES:
         content.update(f'{library} {version(library)}\n'.encode())

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from numba import njit
 
+from satdyn_ros.kernel.code_folder import sources
 from satdyn_ros.kernel.compile import inlined
 
 ROOT = Path(__file__).parents[2]
@@ -249,6 +250,14 @@ def test_code_that_processes_compile_at_once_for_several_types_is_all_kept(packa
 
     all_say(NOTICE)
     all_say()
+
+
+def test_sources_are_not_looked_for_where_code_is_kept(tmp_path):
+    """Other processes remove the folders of older code there: looking into one failed."""
+    for name in ('b.py', 'a/c.py', 'a/notes.txt', '__pycache__/compiled/0/d.py'):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    assert sources(tmp_path) == [tmp_path / 'a' / 'c.py', tmp_path / 'b.py']
 
 
 def test_a_folder_for_code_that_is_gone_is_no_error(package):
